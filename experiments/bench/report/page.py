@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,12 @@ from colias_sim.reference import KNOWN
 from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction, rate
-from experiments.bench.result import whole_networks
+from experiments.bench.result import Run, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import RENDERERS, read_description
 from experiments.bench.run.files import NAME, Files
-from experiments.bench.run.rows import Failure, in_words
+from experiments.bench.run.rows import in_words
 from experiments.bench.run.templates import render
-from experiments.bench.sources.excitation import described
 from experiments.bench.sources.judge import flaws
 from experiments.bench.stats.claim import claims_on, title_of, words
 from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
@@ -93,14 +92,13 @@ def _row(claim: Verdict, result: Reproduction, name: str) -> dict[str, Any]:
     count = claim.count
     broken = count.fails and count.word != "holds"
     held = count.sentence(name) if claim.experiment else "not judged"
-    experiments = [part for part in claim.experiment.split(", ") if part]
     return {
         "group": GROUPS[2 if count.kind == "unjudged" else 0 if broken else 1],
         "id": claim.id, "title": title_of(claim), "kind": count.kind, "sign": SIGNS[count.kind],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
         "why": why(claim),
         "evidence": [{"heading": name, "text": text} for name, text in _evidence(claim, result).items() if text],
-        "figures": list(dict.fromkeys(filter(None, [*experiments, words(claim.id).mechanism[0]]))),
+        "figures": list(dict.fromkeys([*claim.experiment.split(", "), words(claim.id).mechanism[0]])),
     }  # fmt: skip
 
 
@@ -121,93 +119,70 @@ def why(claim: Verdict) -> str:
 def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
     """Return everything that is known of a claim: heading -> text, empty where there is nothing."""
     asked, count, outcome, name = words(claim.id), claim.count, claim.outcome, result.plans.scale.name
-    whole = result.pooled.get(claim.id)
+    whole, again, (experiment, drawn) = result.pooled.get(claim.id), outcome.equal, asked.mechanism
     evidence = {
         "The claim": f"{claim.says} ({claim.source})" if claim.source else claim.says,
         "The equations imply it": asked.implied,
     }
     if claim.experiment:
         number = f"replicate 0, {outcome.verdict}, n = {outcome.n}, {claim.experiment}"
+        low, high = count.interval or (0.0, 0.0)
+        share = f"{low:.0%} to {high:.0%} of replicates (exact 95 % interval of the share in which it holds)"
         evidence |= {
             "Decided by": f"{outcome.deciding}; {number}",
             "Measured in replicate 0": "; ".join(filter(None, (outcome.measured, outcome.effect))),
-            "Interval": _interval(claim),
+            "Interval": share if count.interval else "",
             "All replicates together": f"{whole.verdict}: {whole.measured}" if whole and count.replicates > 1 else "",
             "Rate": rate(claim.id, whole) if whole else "",
             "The DSNN's half": f"{asked.of_dsnn}: {count.half.sentence(name)}" if count.half else "",
-            "On equal terms": _equal(claim, name),
             "What was tried": "" if count.word == "holds" or not count.fails else asked.tried,
-            "Mechanism": _mechanism(claim, result),
+            "Mechanism": f"{experiment}: {drawn}" if experiment else "",
         }
+        if claim.equal is not None and again is not None:
+            terms = claims_on("clips")[claim.id].equal_terms.items()
+            rivals = ", ".join(f"{equal} for {label}" for label, equal in terms)
+            evidence["On equal terms"] = (
+                f"{rivals}: {claim.equal.sentence(name)}; replicate 0, {again.verdict}: {again.deciding}"
+            )
     chosen = ", ".join(reading for reading in used_to_choose(claim.id) if reading in CHOSEN_FOR)
-    others = [row for row in result.readings if row["claim"] == claim.id]
+    other, constants = compares_with(claim.id), [
+        f"in replicate 0 {constants_text(outcomes(study, claim.id))}"
+        for study in result.studies
+        if study.plan.study.name.startswith("constants-") and claim.id in {asked.id for asked, _ in study.plan.claims}
+    ]  # fmt: skip
     return evidence | {
         "Used to choose": f"{chosen}: the claim is no test of what it was used to choose" if chosen else "",
-        **{f"With {row['under']}": row["came_to"] for row in others},
+        **{f"With {row['under']}": row["came_to"] for row in result.readings if row["claim"] == claim.id},
         "With the robot's own eye and wheels": asked.eye,
-        "Assumed of the other model": _assumed(claim, result),
+        "Assumed of the other model": "; ".join([*([ASSUMED[other]] if other else ()), *constants]),
     }
-
-
-def _interval(claim: Verdict) -> str:
-    if claim.count.interval is None:
-        return ""
-    low, high = claim.count.interval
-    return f"{low:.0%} to {high:.0%} of replicates (exact 95 % interval of the share in which it holds)"
-
-
-def _equal(claim: Verdict, name: str) -> str:
-    """Say what a claim came to with its rivals on equal terms."""
-    if claim.equal is None or claim.outcome.equal is None:
-        return ""
-    terms = ", ".join(f"{equal} for {label}" for label, equal in claims_on("clips")[claim.id].equal_terms.items())
-    again = claim.outcome.equal
-    return f"{terms}: {claim.equal.sentence(name)}; replicate 0, {again.verdict}: {again.deciding}"
-
-
-def _mechanism(claim: Verdict, result: Reproduction) -> str:
-    """Say which figure shows why a claim comes out as it does; of excitation and inhibition also the numbers."""
-    experiment, drawn = words(claim.id).mechanism
-    shown = next((run for run in result.runs if run.folder.name == experiment and run.done), None)
-    courses = shown.excitations if shown else pl.DataFrame()
-    numbers = f"; means in units of HS where E + I is largest: {described(courses)}" if courses.height else ""
-    return f"{experiment}: {drawn}{numbers}" if experiment else ""
-
-
-def _assumed(claim: Verdict, result: Reproduction) -> str:
-    """Say what is assumed of the model that a claim compares the DSNN with, and with which constants it holds."""
-    other = compares_with(claim.id)
-    texts = [ASSUMED[other]] if other else []
-    for counts in (study for study in result.studies if study.plan.study.name.startswith("constants-")):
-        if any(asked.id == claim.id for asked, _ in counts.plan.claims):
-            texts.append(f"in replicate 0 {constants_text(outcomes(counts, claim.id))}")
-    return "; ".join(texts)
 
 
 def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
     """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
-    robot = zip(result.plans.robot, result.runs, strict=True)
-    experiments: list[tuple[str, Any, Any]] = [("Robot trials", part.experiment, run) for part, run in robot]
-    clips = zip(result.plans.clips, result.offline, strict=True)
-    experiments += [("Clips", part.experiment, run) for part, run in clips]
-    for chapter, experiment, run in experiments:
-        problems = flaws(run.trials.to_dicts()) if chapter == "Robot trials" and run.done else ""
-        text = f"{experiment.summary}.{f' Beware: {problems}.' if problems else ''}"
-        yield _section(chapter, experiment.name, text, run.folder / "figure.svg", result.failures[run.folder.name])
+    chapters: list[tuple[str, Sequence[Any], list[Run]]] = [
+        ("Robot trials", result.plans.robot, result.runs),
+        ("Clips", result.plans.clips, result.offline),
+    ]
+    for chapter, parts, runs in chapters:
+        for part, run in zip(parts, runs, strict=True):
+            problems = flaws(run.trials.to_dicts()) if chapter == "Robot trials" and run.done else ""
+            text = f"{part.experiment.summary}.{f' Beware: {problems}.' if problems else ''}"
+            yield _section(chapter, part.experiment.name, text, run.folder / "figure.svg", result)
     for played in result.behaviours:
-        name, text = played.folder.name, f"The measures of each behaviour in {played.description['env']}."
-        yield _section("Behaviours", name, text, played.folder / "figure.svg", result.failures[name])
+        text = f"The measures of each behaviour in {played.description['env']}."
+        yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", result)
     for name, study in stored(result.folder).items():
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
         text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
         path = next(result.folder.glob(f"**/{name}.svg"), result.folder)
-        yield _section("What the claims survive", name, text, path, result.failures.get(name, ()))
+        yield _section("What the claims survive", name, text, path, result)
 
 
-def _section(chapter: str, name: str, text: str, path: Path, failures: Sequence[Failure]) -> dict[str, Any]:
-    shown = in_words(failures)[:MOST_FAILURES]
-    return {"chapter": chapter, "name": name, "text": text[0].upper() + text[1:], "figure": data_uri(path),
-            "failed": len(failures), "failures": shown}  # fmt: skip
+def _section(chapter: str, name: str, text: str, path: Path, result: Reproduction) -> dict[str, Any]:
+    failures = result.failures.get(name, ())
+    return {"chapter": chapter, "name": name, "text": style.sentence(text), "figure": data_uri(path),
+            "failed": len(failures), "failures": in_words(failures)[:MOST_FAILURES]}  # fmt: skip
 
 
 def data_uri(path: Path) -> str:
@@ -215,15 +190,14 @@ def data_uri(path: Path) -> str:
     return f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode()}" if path.is_file() else ""
 
 
-def _drawn(folder: Path) -> Mapping[str, str]:
-    """Return what drew the frames, in words -> the parts of a reproduction that were drawn so."""
-    parts: dict[str, list[str]] = {}
-    for path in sorted(folder.glob(f"*/{NAME}")):
-        description = read_description(path.parent)
-        drawn = [
-            f"{name}{' (in software)' * is_software(name)}, reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})"
-            for name, mark in description.get(RENDERERS, {}).items()
-        ]
-        if drawn:
-            parts.setdefault("; ".join(drawn), []).append(path.parent.name)
-    return {drawn: ", ".join(names) for drawn, names in parts.items()}
+def _drawn(folder: Path) -> list[str]:
+    """Return what drew the frames of a reproduction, in words."""
+    drew = dict.fromkeys(
+        pair
+        for path in sorted(folder.glob(f"*/{NAME}"))
+        for pair in read_description(path.parent).get(RENDERERS, {}).items()
+    )
+    return [
+        f"{name}{' (in software)' * is_software(name)}, reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})"
+        for name, mark in drew
+    ]

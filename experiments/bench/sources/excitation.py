@@ -119,25 +119,3 @@ def table(rows: Rows, frames: pl.DataFrame, w_i: float) -> pl.DataFrame:
         )
         .filter(pl.col("n") == pl.col("n").max().over(*MOTION))
     )  # fmt: skip
-
-
-def described(courses: pl.DataFrame) -> str:
-    """Tell in words what the figure shows of each condition, at the frame in which its mean E + I is largest.
-
-    Parameters
-    ----------
-    courses
-        The numbers of `table`.
-    """
-    parts = []
-    whole = pl.col("excitation") + pl.col("inhibition")
-    for course in courses.partition_by(MOTION, maintain_order=True):
-        at = course.row(course.select(whole.arg_max()).item(), named=True)
-        where = f"{at['distance_cm']:g} cm" if at["angle_deg"] is None else f"{at['angle_deg']:g} degrees"
-        parts.append(
-            f"{at['motion']} {at['direction']}, {where}: E {at['excitation']:.2f}, "
-            f"{at['w_i']:g} I {at['weighted_inhibition']:.2f}; of E - {at['w_i']:g} I {at['directional']:+z.2f} "
-            f"tells direction and {at['residue']:+z.2f} is left of symmetric motion; "
-            f"{at['fired']} of {at['n']} trials fire, and {at['fired_w_i_1']} with w_i = 1"
-        )
-    return "; ".join(parts)
