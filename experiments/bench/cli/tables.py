@@ -38,8 +38,11 @@ def show(run: Run) -> None:
     named = not clips and len(models | {verdict.model for verdict in run.verdicts if verdict.model}) > 1
     show_verdicts(run.verdicts, model=named, provenance=run.provenance if run.kind == "measured" else "")
     for model in sorted(models):
-        if not any(row[end] for row in rows if row["model"] == model for end in PEAKS):
-            show_line(f"{model} is silent: all its potentials are 0")
+        seen = [row for row in rows if row["model"] == model]
+        if not any(row[end] for row in seen for end in PEAKS):
+            greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
+            range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
+            show_line(f"{model} is silent: all its potentials are 0{range_of}")
     if rows and not clips and run.comparisons.height:
         names = [name for name in varying(rows, run.description["experiment"]["varies"]) if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]

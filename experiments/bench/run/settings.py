@@ -60,14 +60,16 @@ def watchers(
     return applied(models_shown, collected), collected
 
 
+MOST_REPEATS = 10_000
+"""Repeats of one run. More would take days, and their plan more memory than most machines have."""
 MOST_SEED = 4 * 10**18
 """Seeds stand in tables as 64-bit integers, and so do the seeds that a run counts up from its own."""
 
 
 def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None:
     """Raise `UsageError` for a seed or a number of repeats, typed as ``option``, that no run can have."""
-    if repeats < 1:
-        raise UsageError(f"{option} must be at least 1, got {repeats}")
+    if not 1 <= repeats <= MOST_REPEATS:
+        raise UsageError(f"{option} must be between 1 and {MOST_REPEATS}, got {repeats}")
     if not 0 <= seed <= MOST_SEED:
         raise UsageError(f"--seed must be between 0 and {MOST_SEED}, got {seed}")
 
