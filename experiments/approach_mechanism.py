@@ -1,8 +1,8 @@
 """Reasons why the count goes with the angle of approach as it does (C13, C17, C18): excitation, inhibition and their
 residue.
 
-The trials are those of `angular-approach` at the same seed, frame by frame. Beside the DSNN they are shown to it with
-w_i = 1, and to its two pathways, each alone, with w_i = 0 and 1: excitation and inhibition follow from these.
+The trials equal `angular-approach`'s at the same seed. The models are the DSNN, the DSNN with w_i = 1, and its two
+pathways, each alone, with w_i = 0 and 1: excitation and inhibition follow from these.
 """
 
 from experiments import Angular, Experiment

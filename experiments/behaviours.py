@@ -1,4 +1,4 @@
-"""Fly-like reflexes, hand-written, each a few lines over what the network says; and what to hold them against.
+"""Fly-like reflexes, hand-written, each a few lines over the network's responses; and their baselines.
 
 A behaviour is asked for wheel speeds once a frame: shares of the motors' maximum, left and right. A reflex is given a
 `dsnn.Response`, a privileged baseline a `colias_sim.envs.State`, a blind one nothing it could use. A new behaviour is
@@ -52,16 +52,16 @@ def pursuit(seen: Response) -> Wheels:
 class ProportionalIntegral:
     """Turn by what is seen and by its integral over time, through the steering of a trained policy.
 
-    The steering takes answers from -1 to 1. The integral is kept within these, so that it does not wind up.
+    The steering takes commands from -1 to 1. The integral stays within these, so that it does not wind up.
 
     Parameters
     ----------
     error
         What is to become 0, positive where it asks for a turn to the right.
     proportional
-        Answer to an error of 1.
+        Command at an error of 1.
     integral
-        Growth of the answer in a second of an error of 1, 1/s.
+        Growth of the command in a second at an error of 1, 1/s.
     """
 
     def __init__(self, error: Callable[[Response], float], proportional: float, integral: float) -> None:
@@ -115,7 +115,7 @@ def by_chance(rng: np.random.Generator) -> Callable[[Response], float]:
 
 
 def lgmd(rng: np.random.Generator) -> Saccades:
-    """Make the looming detector alone: to either side, every time anew."""
+    """Make the looming detector alone: each turn is to a side drawn again."""
     return Saccades(by_chance(rng), hold=False)
 
 
@@ -125,9 +125,9 @@ def escape(model: str, name: str = "") -> Behaviour:
     Parameters
     ----------
     model
-        A name, or the path of a .py file that declares ``MODEL``; it answers by the channel ``looming``.
+        A name, or the path of a .py file that declares ``MODEL``; it responds on the channel ``looming``.
     name
-        Of the behaviour; otherwise ``escape-`` and the model's name.
+        Name of the behaviour; otherwise ``escape-`` and the model's name.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def escape(model: str, name: str = "") -> Behaviour:
     Raises
     ------
     ValueError
-        The name is not legal.
+        The name is invalid.
     """
     called = name or f"escape-{Path(model).stem}"
     return Behaviour(called, f"{model} alone: a looming spike turns it to either side", AVOIDANCE, lgmd, model=model)
@@ -172,7 +172,7 @@ class RandomWalk:
 
 
 class Oracle:
-    """Privileged: turn by what the state says is right, and by the integral of the true error that is left.
+    """Privileged: turn by the true error in the state, and by its integral.
 
     Without the integral it would know the truth and not its own wheels: the dead band of ``colias4`` swallows it.
     """
@@ -199,7 +199,7 @@ def oracle_distance(state: State) -> Wheels:
 
 
 def oracle_ways(state: State) -> Wheels:
-    """Privileged: turns away from whatever is near ahead, as its true place says."""
+    """Privileged: turns away from what is near ahead, by its true place."""
     things = [(other.distance, other.bearing) for other in state.others] + [(state.wall_distance, state.wall_bearing)]
     near = [(gap, bearing) for gap, bearing in things if gap < 0.05 and abs(bearing) < math.radians(120 - 1100 * gap)]
     if not near:
@@ -226,7 +226,7 @@ _ENTRIES = (
               model="lgmd1"),
     Behaviour("lgmd-hybrid", "the hybrid without direction: a side by chance, for as long as it looms", AVOIDANCE,
               lambda rng: Saccades(by_chance(rng))),
-    Behaviour("avoidance", "a looming spike turns it away from what HS says", AVOIDANCE,
+    Behaviour("avoidance", "a looming spike turns it away from the motion that HS reports", AVOIDANCE,
               lambda rng: Saccades(lambda seen: -1.0 if seen.hs > 0.0 else 1.0, hold=False)),
     # Where the DSNN's ON and OFF cells see motion tells the side of what looms more often than the sign of HS does:
     # ahead of a robot that drives, things on either side drift outward and HS has only the difference.

@@ -133,13 +133,13 @@ def run(
     experiment
         A name (`NAMES`, `OFFLINE`), the path of a .py file that declares ``EXPERIMENT``, or the experiment itself.
     seed
-        Of the whole run, 0 or more.
+        Seed of the whole run, 0 or more.
     repeats
         Trials of each condition; otherwise the experiment's own number.
     eyes
         ``"both"``: each model sees the same physics through the model of the robot's eye too, as ``dsnn@ov7670``.
     models
-        Models to show beside those that the experiment declares, which is ``dsnn`` for most: names, or paths of .py
+        Models to show besides those of the experiment, which is ``dsnn`` for most: names, or paths of .py
         files that declare ``MODEL``; with settings of their own as ``"dsnn:w_i=1,n_con=6"``.
     only
         Whether to show just those of ``models``.
@@ -220,7 +220,7 @@ def fit(
     fit
         The fit, or the name of one that ships.
     seed
-        Of the search, 0 or more. Those of the second judging and of the sample follow from it.
+        Seed of the search, 0 or more. The seeds of the second judging and of the sample follow from it.
     out
         The folder for the results; otherwise a new one, ``runs/NAME-TIME``. Where this fit was begun there, only what
         is missing is done; more settings may be searched than before.
@@ -234,7 +234,7 @@ def fit(
     Returns
     -------
     Fitted
-        The scores of all settings, the winner judged again, and the answer in sentences.
+        The scores of all settings, the winner judged again, and the result in sentences.
 
     Raises
     ------

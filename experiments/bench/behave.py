@@ -143,7 +143,7 @@ def env_options(env: str, assignments: Sequence[str], defaults: Mapping[str, Any
     """Return ``NAME=VALUE`` texts, over the ``defaults``, as the env's keyword arguments, checked.
 
     An argument that is a mapping may be typed entry by entry, ``NAME.ENTRY=VALUE``; ``NAME=TEXT`` is its preset then.
-    Raises `UsageError` for what is not legal.
+    Raises `UsageError` for an invalid argument.
     """
     options = dict(defaults or {})
     for text in assignments:
@@ -161,7 +161,7 @@ def env_options(env: str, assignments: Sequence[str], defaults: Mapping[str, Any
 
 
 def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
-    """Make an env with keyword arguments; raise `UsageError` for what is not legal, beginning with their origin."""
+    """Make an env with keyword arguments; `UsageError`, beginning with ``origin``, for an invalid one."""
     if own := next((name for name in SET_BY_BEHAVIOUR if name in options), None):
         raise UsageError(f"{origin}: the behaviour sets {own} itself")
     try:
@@ -248,7 +248,7 @@ def score(
     episodes
         How many to play; episode r has the seed ``seed + r``.
     seed
-        Of the first episode, 0 or more.
+        Seed of the first episode, 0 or more.
     env
         ``Avoidance``, say, or an env's whole id; otherwise the behaviour's own.
     quiet
@@ -264,7 +264,7 @@ def score(
     Raises
     ------
     UsageError
-        There is no such behaviour or env, or a number or an argument of the env is not legal. It is a ``ValueError``.
+        There is no such behaviour or env, or a number or an argument of the env is invalid. It is a ``ValueError``.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """The laws that trials, clips and envs take for granted of every vision model, stimulus and arena.
 
-A law is a function of a model, a stimulus or an arena; its docstring says what it asks. ``colias check`` tries them on
+A law is a function of a model, a stimulus or an arena; its docstring states it. ``colias check`` tries them on
 yours, and the tests on all that ship.
 """
 
@@ -32,7 +32,7 @@ Frames = npt.NDArray[np.uint8]
 
 
 class LawBroken(ValueError):
-    """A law is broken; the message says how, and how to mend it."""
+    """A law is broken; the message says how to mend it."""
 
 
 def try_laws(laws: Sequence[Callable[[T], None]], subject: T) -> dict[Callable[[T], None], str]:
@@ -92,7 +92,7 @@ def approach() -> Frames:
 
 
 def _responses(chosen: ConfiguredModel, frames: Iterable[Frames], model: Any = None) -> ResponseSeries:
-    """Return the responses of a model, otherwise of a new one; `LawBroken` for the first that is not legal."""
+    """Return the responses of a model, or of a new one; `LawBroken` for the first invalid one."""
     responses = []
     for index, frame in enumerate(frames):
         model = model or chosen.build(frame.shape)
@@ -206,7 +206,7 @@ def declaration(chosen: ConfiguredModel) -> None:
 
 MODELS = (answers, reset, determinism, buffer, stillness, mirror, refusal, declaration)
 
-# --- stimuli: the truth beside a frame is held against what is painted there ------------------------------------------
+# --- stimuli: the truth of a frame is compared with what is painted --------------------------------------------------
 
 SEED = 3
 MOST_FRAMES = 150
@@ -286,7 +286,7 @@ def place(entry: StimulusEntry) -> None:
 
 
 def velocity(entry: StimulusEntry) -> None:
-    """The box moves as the truth's velocity says, between two frames that have the same one."""
+    """The box moves by the truth's velocity between two frames that have the same one."""
     fps = entry.clip(SEED).fps
     for index, (before, after) in enumerate(pairwise(frame.truth for frame in _frames(entry))):
         if before.box is None or after.box is None or not before.velocity or before.velocity != after.velocity:

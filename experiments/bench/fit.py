@@ -40,7 +40,7 @@ Box = Mapping[str, Any]
 PAIR = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
 NEXT_BEST = 10
-"""Settings that are judged again beside the winner."""
+"""Settings that are judged again with the winner."""
 TEST, SAMPLE = 1_000_000, 2_000_000
 """Added to the seed of the search for the second judging and for the sample."""
 AS_IS = "as it is"
@@ -145,7 +145,7 @@ def spread(box: Box, number: int, seed: int) -> list[Setting]:
 def ask_for(search: Any, box: Box, outside: Sequence[str], size: tuple[int, int], seed: int, number: int) -> list[Any]:
     """Return Optuna's trials of a batch: so many renderings, each with so many networks, one after another.
 
-    The sampler is made anew for each batch, seeded by the seed of the fit and the batch's number. So equal seeds give
+    The sampler is made again for each batch, seeded by the seed of the fit and the batch's number. So equal seeds give
     equal settings, whatever plays them; and a fit that was cut short asks again for what it had, and finds it played.
     """
     from optuna.samplers import TPESampler
@@ -316,7 +316,7 @@ class Fitted:
     looks
         Number of times that settings were judged at the fresh seeds, this one included.
     sentences
-        The answer in sentences.
+        The result in sentences.
     failures
         Everything that failed.
     """
@@ -365,7 +365,7 @@ def conclude(
                  " the box"]  # fmt: skip
     else:
         best = even[fit.maximise].fill_nan(None).max()
-        lines = [f"{fit.maximise}: {named} has {_number(after)} in the mean of {first['replicates']} replicates anew,"
+        lines = [f"{fit.maximise}: {named} has {_number(after)} in the mean of {first['replicates']} fresh replicates,"
                  f" the model {AS_IS} {_number(anew['anew'][-1])}; best of {even.height} settings that fill the box"
                  f" evenly: {_number(best)}"]  # fmt: skip
     lines.append(f"luck of the search: {_number(luck)}; its fresh seeds were looked at {looks} times")
@@ -385,7 +385,7 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Box, list[str]]:
     Raises
     ------
     UsageError
-        Something is not legal, or Optuna is not installed.
+        An argument is invalid, or Optuna is not installed.
     """
     if importlib.util.find_spec("optuna") is None:
         raise UsageError("a fit needs optuna, which is not installed: run 'sh tools/setup.sh --fit', or install"
@@ -413,7 +413,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
     fit
         What is searched.
     seed
-        Of the search. Those of the second judging and of the sample follow from it.
+        Seed of the search. The seeds of the second judging and of the sample follow from it.
     out
         The fit's folder: a new one, or one that holds a part of this fit. More settings may be searched than before.
     resources
@@ -422,7 +422,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
     Raises
     ------
     UsageError
-        Something is not legal, or there is another run.
+        An argument is invalid, or there is another run.
     """
     from experiments.bench.report import fit as report  # not before: workers do without matplotlib
     from experiments.bench.report import style

@@ -74,7 +74,7 @@ CHANCE = {"direction_": 0.25, "auc_": 0.5}
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
 NOTE = (
-    "Below or beside a score: its 95 % interval, with the repeats of a condition as one cluster; of a time to contact,"
+    "Next to a score: its 95 % interval, with the repeats of a condition as one cluster; of a time to contact,"
     " the median over l/v, the smallest and the largest."
 )
 
@@ -218,7 +218,7 @@ def plan(models: Sequence[str], repeats: int | None, seed: int) -> Plan:
     repeats
         Repeats of all that is random; ``None``: `REPEATS`.
     seed
-        Of the whole run.
+        Seed of the whole run.
 
     Raises
     ------
@@ -388,7 +388,7 @@ def rank(planned: Plan, responses: Mapping[str, pl.DataFrame], times: Mapping[st
     for board, scores in {DIRECTION: direction_scores, LOOMING: looming_scores}.items():
         rows = []
         for model in planned[board][0].specs[0].models if board in planned else ():
-            # A model without a potential, which says where motion is alone, has nothing that could be scored.
+            # A model that only reports where motion is has no potential to score.
             label = model.label if model.counted else None
             own = (responses[part].filter(pl.col("model") == label) for part in (ROBOT.name, board))
             rounds = {name: us for name in TIMES if (us := times.get(name, {}).get(model.label))}
@@ -424,7 +424,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
     models
         The models. One that raises is left out.
     shape
-        Of the frames, (R, C).
+        Shape of the frames, (R, C).
 
     Returns
     -------

@@ -96,7 +96,7 @@ def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Number:
     -------
     Number
         In cm/s; of equal means the lowest speed. None where no mean is above 0, and where trials are not what their
-        conditions say. ``mark`` says where it is at an end of the speeds shown: the true peak may lie beyond.
+        conditions have. ``mark`` notes a peak at an end of the speeds shown: the true one may lie beyond.
     """
     crossings = [row for row in rows if (row["motion"], row["direction"]) == ("translation", "rightward")]
     if wrong := unreadable(crossings, [column]) or flaws(crossings) if crossings else "none crosses rightward":
@@ -132,7 +132,7 @@ def least_peak(rows: Rows, threshold: float | None) -> Number:
     Returns
     -------
     Number
-        The potential. ``mark`` says where it does not pass T, as C6 asks of every crossing.
+        The potential. ``mark`` notes where it does not pass T, as C6 asks of every crossing.
     """
     crossings = [row for row in rows if row["motion"] == "rightward" and row["object"] != "absent"]
     if wrong := unreadable(crossings, POTENTIALS) if crossings else "none shows an object that moves rightward":

@@ -98,7 +98,7 @@ def plan(
     repeats
         Number of repeats; ``None``: the experiment's own.
     seed
-        Of the first repeat.
+        Seed of the first repeat.
     pictures
         Shown in place of the scenes.
 

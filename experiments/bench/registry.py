@@ -52,7 +52,7 @@ def find(name: str) -> Experiment | OfflineExperiment:
 
 @cache
 def answering() -> Mapping[str, str]:
-    """Claim of the paper -> the experiment with the robot that answers for it: the first that declares it."""
+    """Claim of the paper -> the experiment with the robot that tests it: the first that declares it."""
     return {claim: name for name in reversed(NAMES) for claim in load(name).claims if isinstance(claim, str)}
 
 
@@ -63,7 +63,7 @@ def paper_experiments() -> tuple[str, ...]:
 
 
 def _of_file(path: Path) -> object:
-    """Return what a user's file declares, with the file's path; a relative path of a model is looked for beside it."""
+    """Return what a user's file declares, with the file's path; a relative path of a model starts at its folder."""
     experiment = declared(path, "EXPERIMENT")
     if not isinstance(experiment, Experiment | OfflineExperiment):
         return experiment
@@ -79,7 +79,7 @@ def _of_file(path: Path) -> object:
 
 
 def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
-    """Raise `UsageError` for a claim that there is not, or that trials of this kind cannot answer for.
+    """Raise `UsageError` for an unknown claim, or one that trials of this kind cannot test.
 
     Parameters
     ----------
@@ -97,4 +97,4 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
             raise UsageError(f"{name}: unknown claim '{claim}': known are {', '.join(claim_ids(PAPER))}")
         elif claim not in claims_on(on):
             known = ", ".join(claims_on(on))
-            raise UsageError(f"{name}: no {what} answer for claim '{claim}': those of {what} are {known}")
+            raise UsageError(f"{name}: no {what} test claim '{claim}'; they test {known}")

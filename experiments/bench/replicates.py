@@ -107,7 +107,7 @@ def places_of(claim: Claim, place: str, there: Collection[str]) -> tuple[str, ..
     claim
         The claim.
     place
-        The experiment that answers for it.
+        The experiment that tests it.
     there
         The experiments that the replicate has.
 

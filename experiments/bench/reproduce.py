@@ -67,7 +67,7 @@ PLAYED: Mapping[str, tuple[str, ...]] = {
 }
 """Env -> who plays there."""
 BESIDE = ("dsn2017",)
-"""The models shown beside the DSNN unless others are named."""
+"""The models shown with the DSNN unless others are named."""
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the first seed alone."""
 SHORT = (
@@ -79,7 +79,7 @@ READ_OFF = ("background", "constants-2017", "constants-emd")
 Shown = tuple[OfflinePlan, Sequence[Mapping[str, Any]]]
 """An off-line experiment and its rows."""
 REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
-"""Folders of the trials beside those of replicate 0."""
+"""Folders of the trials other than replicate 0's."""
 
 
 # What is run.
@@ -92,15 +92,15 @@ class Scale:
     Parameters
     ----------
     replicates
-        Of the experiments with the robot; 1 or more. Replicate r has the seed of the run plus r.
+        Replicates of the experiments with the robot, 1 or more. Replicate r has the seed of the run plus r.
     repeats
         Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it unjudged.
     moves
         Whether to run one replicate with each thing moved that the studies of sensitivity name, and clips so too.
     offline_replicates
-        Of the off-line experiments in which anything is random. Of the others one says all.
+        Replicates of the off-line experiments in which anything is random; the others have one.
     episodes
-        Of each behaviour.
+        Episodes of each behaviour.
     steps
         Frames of an episode at most; otherwise the env's own number.
     offline
@@ -177,7 +177,7 @@ def planned(
     scale, seed
         How much to run, and the first seed.
     models
-        Models that see the experiments' frames beside the DSNN, on which the claims are judged.
+        Further models that see the experiments' frames; the claims are judged on the DSNN.
     extra
         Experiments, names or files, that are run and shown too.
     robot_only
@@ -406,7 +406,7 @@ def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
 def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
     """Count the claims in the robot's own arithmetic, on the reproduction's own replicates.
 
-    It watched replicate 0 beside the moves of the network, whose seed is the same.
+    It watched replicate 0 with the moves of the network, whose seed is the same.
     """
     labels = (MODEL, BEST)
     study = dataclasses.replace(ONBOARD, models=labels, repeats=plans.scale.repeats, replicates=len(every))
@@ -609,7 +609,7 @@ def judge_models(
     models
         As of `asked`.
     seed
-        Of the first replicate.
+        Seed of the first replicate.
     resources
         Workers, or a cluster.
 

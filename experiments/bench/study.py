@@ -76,7 +76,7 @@ class Study:
     Raises
     ------
     UsageError
-        The name is not legal, or a text stands where several belong.
+        The name is invalid, or a text stands where several belong.
 
     Examples
     --------

@@ -286,7 +286,7 @@ def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
     scores
         A score per training seed, two or more: the mean of a measure over the episodes that judged the policy.
     seed
-        Of the stream ``bootstrap.training``, 0 or more.
+        Seed of the stream ``bootstrap.training``, 0 or more.
 
     References
     ----------

@@ -83,7 +83,7 @@ def plan(
     Raises
     ------
     UsageError
-        There is nothing to read, or an argument is not legal.
+        There is nothing to read, or an argument is invalid.
     """
     check_counts(seed)
     if seconds is not None and not seconds > 0:
@@ -277,7 +277,7 @@ def watch(
     seconds
         How much to show; otherwise all. A camera has no end.
     seed
-        Of what is random in a stimulus.
+        Seed of a stimulus's random draws.
     judge
         Whether to compute optical flow between frames, to grade the models and judge claim C12 by it.
     out
@@ -298,7 +298,7 @@ def watch(
     Raises
     ------
     UsageError
-        There is nothing to read, or an argument is not legal. It is a ``ValueError``.
+        There is nothing to read, or an argument is invalid. It is a ``ValueError``.
 
     Examples
     --------

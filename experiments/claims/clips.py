@@ -26,7 +26,7 @@ EARLIER, EMD = "dsn2017", "emd"
 LEAST_GREYS = 5
 """Grey levels that the claims about contrast need."""
 MOST_OF_DRIVEN, LEAST_OF_OTHER = 0.05, 0.95
-"""Of the answer to one edge, what C22 lets either blocked pathway leave: that which it drives, and the other."""
+"""Shares of the response to one edge that C22 lets a blocked pathway leave: the edge that it drives, and the other."""
 
 _UNREAD = "are neither in the paper nor in any public text or code that could be searched"
 ASSUMED: Mapping[str, str] = {
@@ -187,7 +187,7 @@ def c3(clips: pl.DataFrame, threshold: float) -> list[Check]:
 
 
 HALF = (0.4, 0.6)
-"""Of the intact peak, what either pathway alone may leave."""
+"""Share of the intact peak that either pathway alone may leave."""
 SUM_TOLERANCE = 1e-3
 
 

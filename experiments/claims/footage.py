@@ -54,7 +54,7 @@ CLAIM = "C12"
 STRONGER = "Real footage in the paper's stronger words: HS passes T, VS stays below T"
 LEAST_CORRELATION, LEAST_AGREEMENT = 0.5, 0.9
 LEAST_BELOW = 0.95
-"""Of the frames of these seconds, the share with abs(VS) below the threshold: "mainly"."""
+"""Share of the frames of these seconds with abs(VS) below the threshold: "mainly"."""
 LEAST_FLOW = 0.05
 """Mean horizontal flow over a second and the frame, px a frame: a fortieth of the picture going at 2 px a frame."""
 

@@ -37,7 +37,7 @@ Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed", "not
 Measure = Literal["spikes", "peak", "way"]
 """A clip's number of spikes; how far the looming potential rises above rest; the largest |HS| or |VS|."""
 REST = 0.5
-"""Of a looming detector's potential."""
+"""Potential of a looming detector at rest."""
 OPPOSITE = {"rightward": "leftward", "leftward": "rightward", "downward": "upward", "upward": "downward"}
 
 
@@ -56,9 +56,9 @@ class ModelClaim:
     clips, against, beside
         Groups of clips: those judged, those they are compared with, and those that a silent model does not answer.
     than
-        Of the check ``more``: the model that it is compared with.
+        For the check ``more``: the model that it is compared with.
     why
-        Of the check ``not shown``: why.
+        For the check ``not shown``: why.
     """
 
     id: str

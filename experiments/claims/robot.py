@@ -32,7 +32,7 @@ RECESSION = {"motion": ("recession",)}
 DEPTH = {"motion": ("approach", "recession")}
 """Conditions: crossings of the view, and motions along a line to the camera."""
 ANGLES = (-30.0, -15.0, 0.0, 15.0, 30.0)
-"""Of the paper's angular tests, degrees."""
+"""Angles of the paper's angular tests, degrees."""
 ROBOT_SPEEDS = (2.0, 4.0, 6.0, 10.0)
 """Those of the paper's robot tests."""
 POTENTIAL = "mean_hs_near_axis"

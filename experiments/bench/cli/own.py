@@ -39,11 +39,11 @@ def check(
 ) -> int:
     """Try on a model, a stimulus or an arena what is taken for granted of any, and say what it breaks.
 
-    Of a model, under its parameters for off-line tests: legal answers, reset, determinism, no hold on the caller's
+    A model, under its parameters for off-line tests: valid responses, reset, determinism, no hold on the caller's
     frame, silence in a still scene, mirror images, refusal of frames of another shape, and declared channels and
     thresholds; then what a frame costs.
-    Of a stimulus, of a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
-    Of an arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves room for the
+    A stimulus, in a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
+    An arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves room for the
     robots, and that the camera sees them.
     Exit status: 1 if a law is broken.
     """

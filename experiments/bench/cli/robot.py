@@ -86,7 +86,7 @@ def decode(
     serial: Annotated[Path, typer.Argument(metavar="FILE", help="What the board's serial line sent, as it came.")],
     out: Folder,
 ) -> int:
-    """Decode the serial line of the program that colias firmware export writes beside the network.
+    """Decode the serial line of the self-measuring program that colias firmware export writes.
 
     Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
     has no counter. A damaged line is skipped and counted. Exit status 1: frames are missing.
@@ -134,7 +134,7 @@ def import_log(
     experiment: Annotated[str, typer.Option(help="The experiment whose conditions the trials show.")] = "speed",
     ran: Annotated[
         list[str] | None,
-        typer.Option(metavar="MODEL", help="What the robot ran; otherwise what the log says, or dsnn. Repeatable."),
+        typer.Option(metavar="MODEL", help="What the robot ran; otherwise the log's model, or dsnn. Repeatable."),
     ] = None,
     model: options.Models = None,
     assignments: options.Assignments = None,

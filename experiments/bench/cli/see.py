@@ -167,7 +167,7 @@ def list_names(
 ) -> int:
     """Name what there is.
 
-    parameters: every key of --set, with its default, legal range, unit and meaning. runs: when each was begun, its
+    parameters: every key of --set, with its default, bounds, unit and meaning. runs: when each was begun, its
     experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
     """
     from experiments.bench.report.terminal import out_console, show_line

@@ -114,7 +114,7 @@ class Traces:
             plot.data = data
 
     def redraw(self) -> None:
-        """Let browsers draw the plots anew, on scales that are not equal to those before."""
+        """Let browsers draw the plots again, on scales that differ from the last."""
         self._redrawn += 1
         for plot, scales in zip(self._plots, self._scales(), strict=True):
             plot.scales = scales

@@ -42,7 +42,7 @@ def write(kind: str, name: str, folder: Path) -> Path:
     Raises
     ------
     UsageError
-        There is no such kind, the name is not legal, or there is such a file. Nothing was written.
+        There is no such kind, the name is invalid, or there is such a file. Nothing was written.
     OSError
         The file cannot be written.
     """

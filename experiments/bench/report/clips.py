@@ -16,7 +16,7 @@ from experiments.bench.sources.clips import Figure as Drawing
 
 Thresholds = Mapping[str, float | None]
 Part = tuple[str, pl.DataFrame, str, str]
-"""Of a figure of curves: a name, rows, the column along the axis, and the column with a line for each level."""
+"""A part of a figure: a name, rows, the column along the axis, and the column with a line for each level."""
 CHANNELS = {"hs": ("HS", style.HUES[0]), "vs": ("VS", style.HUES[1]), "looming": ("looming", style.HUES[2])}
 WAYS = {"rightward": "peak_hs", "leftward": "trough_hs", "downward": "peak_vs", "upward": "trough_vs"}
 """Direction of motion -> the extreme that signals it."""
@@ -50,7 +50,7 @@ def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
 
 
 def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, title: str) -> Figure:
-    """Draw the clips of a run as their experiment's ``figure`` says.
+    """Draw the clips of a run, in the kind of figure that their experiment declares.
 
     Parameters
     ----------

@@ -51,10 +51,10 @@ AS_IS = "as it is"
 
 
 def show(fitted: Any, folder: Path) -> None:
-    """Print the answer, the settings judged again, and where everything is."""
+    """Print the result, the settings judged again, and where everything is."""
     for line in fitted.sentences:
         terminal.show_line(line, 4)
     best = fitted.anew["number"].unique(maintain_order=True)[:SHOWN]
     shown = fitted.anew.filter(pl.col("number").is_in(best.implode()) | pl.col("number").is_null())
-    terminal.show(shown, f"judged anew, the first {SHOWN} (anew.csv has all)")
+    terminal.show(shown, f"judged again, the first {SHOWN} (anew.csv has all)")
     terminal.show_places({"figure": folder / "fit.png", "settings": folder / "fit.csv", "anew": folder / "anew.csv"})

@@ -129,7 +129,7 @@ def panels(runs: Mapping[str, Any]) -> Figure:
 
 
 def _other_columns(trials: pl.DataFrame, varies: str) -> list[str]:
-    """Return the conditions that differ beside the one along the axis; a motion's words say its direction."""
+    """Return the variables that differ besides the one along the axis; a motion has its direction in words."""
     along = ("model", varies, *["direction"] * (varies == "motion"))
     return [name for name in varying(trials.to_dicts(), varies) if name not in along]
 

@@ -226,7 +226,7 @@ def plain_numbers(axes: Axes, which: str = "x", ticks: Sequence[float] = ()) -> 
 
 
 def label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
-    """Write names beside the ends of lines, clear of each other; ``ends`` are x, y, name and colour, limits are set."""
+    """Write names at the ends of lines, clear of each other; ``ends`` are x, y, name and colour, limits are set."""
     ends = sorted(ends, key=lambda end: end[1])
     scale, gap = 72.0 / axes.figure.dpi, 1.2 * SMALL
     heights = [scale * float(axes.transData.transform(end[:2])[1]) for end in ends]

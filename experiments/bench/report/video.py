@@ -74,7 +74,7 @@ class Reel:
     obstacles
         Outlines on the floor, (N, 2), cm.
     properties
-        What the recording says of itself.
+        The recording's properties.
     """
 
     path: Path
@@ -182,7 +182,7 @@ class Canvas:
     Attributes
     ----------
     panels
-        Of each column: its kind, an eye's entity, ``change`` or ``plan`` -> its axes.
+        For each column: its kind, an eye's entity, ``change`` or ``plan`` -> its axes.
     lanes
         Model -> the axes of its traces.
 

@@ -206,7 +206,7 @@ def check(expected: str) -> None:
 def drawn_from(folder: Path) -> str:
     """Return the code and the commit that computed the run in a folder, for the figures there.
 
-    Of a run of runs its first part's code counts. Empty where there is no run.
+    For a run of runs, the code of its first part. Empty where there is no run.
     """
     for place in (folder / NAME, *sorted(folder.glob(f"*/{NAME}"))):
         described = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}

@@ -81,7 +81,7 @@ def pictures_of(path: Path, entity: str) -> Iterator[tuple[float, Images]]:
     path
         An .rrd file of a trial, a clip, an episode or of footage.
     entity
-        Of the camera's images: see `CAMERA`.
+        Entity of the camera's images: see `CAMERA`.
 
     Raises
     ------

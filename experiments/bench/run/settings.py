@@ -198,24 +198,6 @@ def _legal(schema: Mapping[str, Any]) -> str:
     return ""
 
 
-def unit_of(value: Any, name: str) -> str:
-    """Return the unit that a parameter's field declares.
-
-    Parameters
-    ----------
-    value
-        A section of ``--set``: an instance of the parameters' dataclass.
-    name
-        The parameter's name in that section.
-
-    Returns
-    -------
-    str
-        Empty for a pure number, a count, a choice or a preset.
-    """
-    return _unit(_properties(type(value)).get(name, {}))
-
-
 def schema_of(value: Any, name: str) -> Mapping[str, Any]:
     """Return the JSON schema of a parameter: its type, its bounds and its unit.
 

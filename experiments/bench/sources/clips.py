@@ -91,7 +91,7 @@ class Clip:
         Parameters
         ----------
         seed
-            Of what is random in it, 0 or more.
+            Seed of its random draws, 0 or more.
 
         Returns
         -------
@@ -112,7 +112,7 @@ class Clip:
         Parameters
         ----------
         seed
-            Of what is random in it, 0 or more.
+            Seed of its random draws, 0 or more.
 
         Returns
         -------

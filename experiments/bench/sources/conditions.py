@@ -365,7 +365,7 @@ class Condition:
         straight at a point before the camera. ``recession``: it drives the same line the other way. Any other name, of
         lower-case letters, digits and ``-``: it takes the ``path``, and `Condition.along` fills in the numbers.
     direction
-        Of the stimulus's image: ``rightward`` or ``leftward``; ``straight`` on the optical axis.
+        Direction of the stimulus's image: ``rightward`` or ``leftward``; ``straight`` on the optical axis.
     speed_cm_s
         Speed of the stimulus, 0.1 to 100 cm/s.
     distance_cm
@@ -373,7 +373,7 @@ class Condition:
     far_cm
         From the camera to the far end of an approach or recession, above ``distance_cm``, up to 100 cm.
     angle_deg
-        Of the line of an approach or recession to the optical axis, -80 to 80 degrees, negative on the robot's left.
+        Angle of an approach's or recession's line to the optical axis, -80 to 80 degrees, negative on the robot's left.
     shell_grey
         Reflectance of the stimulus's shell, 0 to 1.
     wall_contrast

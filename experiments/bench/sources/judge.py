@@ -41,7 +41,7 @@ SIGNED = {
 """Direction -> the extreme that answers it, and its sign."""
 SHADES = ("dark", "light")
 EVERY = ()
-"""Of a column of the conditions of a claim on clips: each level that is there."""
+"""Marks a column of a claim on clips of which each level counts."""
 
 
 def judge(
@@ -204,7 +204,7 @@ def _trials_answered(all_rows: Rows) -> dict[str, list[bool]]:
 
 
 PAPER_SPEED = 120.0
-"""Of the crossings that the paper has HS or VS answer past T, px/s."""
+"""Speeds of the crossings at which, in the paper, HS or VS passes T, px/s."""
 PLAIN = f"a plain object at {PAPER_SPEED:g} px/s"
 CLUTTERED = f"a dark or light object at {PAPER_SPEED:g} px/s before -8 px/s"
 """The crossings that a model has to answer so as not to count as silent: those of C1 and C6."""
@@ -238,7 +238,7 @@ def flaws(rows: Rows) -> str:
     """Return what makes trials something other than what their conditions say, in words; empty if nothing does.
 
     A trial that was driven open loop is what its stimulus did: its speed and path are told, and bound by no tolerance.
-    Of a trial from a robot's log nobody knows them: it is taken at the log's word.
+    They are unknown for a trial from a robot's log, which counts as it is.
     """
     rows, problems = [row for row in rows if not is_imported(row)], []
     for name, what in (("achieved_speed_cm_s", "speed"), ("path_error_mm", "path")):

@@ -119,7 +119,7 @@ def window_s(distance_cm: float, hfov_deg: float, radius_cm: float = ROBOT_RADIU
     hfov_deg
         The camera's horizontal field of view.
     radius_cm
-        Of the stimulus; 0 is for its centre alone.
+        Radius of the stimulus; 0 is for its centre alone.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def windows(condition: Condition, camera: CameraConfig, frames: pl.DataFrame) ->
     condition
         What the trial sets.
     camera
-        Of the observer.
+        Pose of the observer.
     frames
         A row per frame, with its time and the poses of both robots.
     """

@@ -58,7 +58,7 @@ class Test:
     Parameters
     ----------
     name, effect_name
-        Of the test, and of its effect size.
+        Names of the test and of its effect size.
     effect, p
         The effect size, and the two-sided p value; NaN of what is no number.
     least

@@ -55,7 +55,7 @@ class Outcome:
     fewest
         Number of trials of the condition that has the fewest; 0: it is counted in what the judge was given.
     broken
-        Of a claim about every single trial: how many of the ``n`` trials break it. ``None`` of any other claim.
+        For a claim about every single trial: how many of the ``n`` trials break it; otherwise ``None``.
     trouble
         What went wrong in a user's own judge; empty if nothing did.
     checks
@@ -287,7 +287,7 @@ class Words:
     tried
         What was tried to make it hold, or what limits it.
     eye
-        Of a claim about the robot: what the robot's own eye and wheels make of it, in one line.
+        For a claim about the robot: what the robot's own eye and wheels make of it, in one line.
     implied
         Why the model's equations imply it, whatever it sees; empty where they do not.
     of_dsnn
