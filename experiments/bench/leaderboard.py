@@ -21,7 +21,7 @@ from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
 from dsnn.stimuli.looming import Looming
 from experiments.bench import offline, trials
-from experiments.bench.report.terminal import count, error_console
+from experiments.bench.report.terminal import error_console
 from experiments.bench.run.description import begin_whole
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
@@ -48,29 +48,9 @@ from experiments.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
-"""Board -> name of its table and its figure, without their endings."""
+"""Board -> name of its table, without its ending."""
 TIMES = {"us_99x72": (72, 99), "us_320x180": (180, 320)}
 """Measure of time -> the shape of the frames, (R, C)."""
-PANELS: Mapping[str, Mapping[str, Sequence[str]]] = {
-    DIRECTION: {
-        "direction accuracy": ("direction_robot", "direction_clips"),
-        "AUC, translation against depth": ("auc_robot", "auc_clips"),
-        "background clips with spikes": ("false_alarms",),
-        "time (µs per frame)": tuple(TIMES),
-    },
-    LOOMING: {
-        "AUC, looming against translation": ("auc_translation_robot", "auc_translation"),
-        "AUC, looming against recession": ("auc_recession_robot", "auc_recession"),
-        "AUC, looming against background": ("auc_background",),
-        "looming clips with spikes": ("answered",),
-        "time to contact at the first spike (s)": ("contact_dark_s", "contact_light_s"),
-        "false alarms per minute": ("alarms_translation", "alarms_gratings", "alarms_background"),
-        "time (µs per frame)": tuple(TIMES),
-    },
-}
-"""Board -> quantity -> its measures, which share a panel of the figure."""
-CHANCE = {"direction_": 0.25, "auc_": 0.5}
-"""Beginning of a measure -> what guessing gets."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
 NOTE = (
@@ -397,14 +377,18 @@ def rank(planned: Plan, responses: Mapping[str, pl.DataFrame], times: Mapping[st
         if rows:
             types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in rows[0] if name != "model"}
             table = pl.DataFrame(rows, {"model": pl.String, **types})
-            order = [_mean(board, start) for start in RANKED_BY[board]]
+            # The mean of the measures that begin so, as far as a model has them.
+            order = [
+                pl.mean_horizontal(name for name in measures(table) if name.startswith(start))
+                for start in RANKED_BY[board]
+            ]
             boards[board] = table.sort(*order, "model", descending=[True, True, False], nulls_last=True)
     return boards
 
 
-def _mean(board: str, start: str) -> pl.Expr:
-    """Return the mean of the measures that begin so, as far as a model has them."""
-    return pl.mean_horizontal(name for names in PANELS[board].values() for name in names if name.startswith(start))
+def measures(table: pl.DataFrame) -> list[str]:
+    """Return the measures of a board by its table: the columns that have an interval."""
+    return [name for name in table.columns if f"{name}_low" in table.columns]
 
 
 def _columns(scores: Mapping[str, Score | None]) -> dict[str, float | None]:
@@ -449,7 +433,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
 
 
 def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
-    """Run what ``folder`` lacks of a `plan`, time the models, and write a table and a figure of each board.
+    """Run what ``folder`` lacks of a `plan`, time the models, and write a table of each board.
 
     Returns
     -------
@@ -461,8 +445,6 @@ def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl
     UsageError
         The folder holds other trials.
     """
-    from experiments.bench.report import scoreboard, style  # not before: workers do without matplotlib
-
     begin_whole(folder, "leaderboard")
     responses: dict[str, pl.DataFrame] = {}
     failures: list[Failure] = []
@@ -484,13 +466,4 @@ def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl
     boards = rank(planned, responses, times)
     for board, table in boards.items():
         Files(folder).write_rows(f"{FILES[board]}.csv", table.to_dicts())
-        drawn = scoreboard.draw(table, PANELS[board], CHANCE, finding(board, table), NOTE)
-        style.save(drawn, folder / FILES[board])
     return boards, failures
-
-
-def finding(board: str, table: pl.DataFrame) -> str:
-    """Say which model leads a board."""
-    model, score = table.select("model", _mean(board, RANKED_BY[board][0]).alias("score")).row(0)
-    of = "" if score is None else f", with a mean {'AUC' if board == LOOMING else 'direction accuracy'} of {score:.2f}"
-    return f"{model} ranks first of {count(table.height, 'model')} by {board}{of}"

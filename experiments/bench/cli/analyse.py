@@ -201,13 +201,12 @@ def leaderboard(
     out: options.Out = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
 
     Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
-    95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
+    95 % intervals. The models are those registered, but dsnn-reference.
     """
     from experiments.bench import leaderboard as board
     from experiments.bench.report import scoreboard
@@ -219,7 +218,7 @@ def leaderboard(
     boards, failures = board.run(planned, folder, options.resources(workers, cluster, quiet))
     if not quiet:
         for name, table in boards.items():
-            scoreboard.show(table, board.PANELS[name], board.finding(name, table))
+            scoreboard.show(table, board.measures(table), f"Ranked by {name}")
             show_line(f"{board.NOTE} Empty: does not apply, or no response.")
         show_files(folder, count(sum(table.height for table in boards.values()), "model"))
     return options.EXIT_FAILED if failures else 0

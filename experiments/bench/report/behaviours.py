@@ -121,4 +121,4 @@ def show(summary: pl.DataFrame, title: str) -> None:
         values = {name: row["value"], f"{name}_low": row["ci_low"], f"{name}_high": row["ci_high"]}
         rows.setdefault(row["behaviour"], {"model": row["behaviour"]}).update(values)
     measures = summary["measure"].unique(maintain_order=True).to_list()
-    scoreboard.show(pl.DataFrame(list(rows.values()), infer_schema_length=None), {"": measures}, title)
+    scoreboard.show(pl.DataFrame(list(rows.values()), infer_schema_length=None), measures, title)
