@@ -10,25 +10,10 @@ from experiments.bench.cli import options
 
 
 def live(
-    experiment: Annotated[
-        str,
-        typer.Argument(
-            help="Begin with its first condition in a loop: a name that colias list shows, or a .py file.",
-            show_default=False,
-        ),
-    ] = "",
     model: options.Models = None,
     only: options.Only = False,
     assignments: options.Assignments = None,
     seed: options.Seed = 0,
-    behaviour: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME|FILE",
-            show_default=False,
-            help="Let it drive the observer: a name that colias list shows, a .py file or a .npz.",
-        ),
-    ] = "",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of the page, on this machine.")] = 8099,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
 ) -> int:
@@ -38,14 +23,13 @@ def live(
     Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
 
     record writes a run of the trial since it began, which colias run --again repeats bit for bit. The command's own
-    model is dsnn, or those that the experiment declares. Needs viser: the extra [live]. Ctrl-C ends it.
+    model is dsnn. Needs viser: the extra [live]. Ctrl-C ends it.
     """
     import importlib.util
     import webbrowser
 
     from threadpoolctl import threadpool_limits
 
-    from experiments.bench import registry
     from experiments.bench.report.terminal import out_console
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import shown_models
@@ -57,9 +41,7 @@ def live(
     from experiments.bench.live.page import Page
     from experiments.bench.live.session import Session
 
-    declared = registry.load(experiment).models if experiment else ["dsnn"]
-    models = shown_models(declared, model, only)
-    page = Page(Session(models, assignments or (), seed, experiment=experiment, behaviour=behaviour), port)
+    page = Page(Session(shown_models(["dsnn"], model, only), assignments or (), seed), port)
     out_console.print(f"{page.address}  (Ctrl-C ends it)", soft_wrap=True, markup=False)
     if browser:
         webbrowser.open(page.address)

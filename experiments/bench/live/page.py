@@ -18,15 +18,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from experiments.bench.live.drawing import Scene, Traces
 from experiments.bench.live.session import ROBOTS, Session
 from experiments.bench.run.errors import TrialError, UsageError
-from experiments.bench.run.models import PRESET
 from experiments.bench.run.play import Sample
-from experiments.bench.run.settings import described, preset_of, schema_of
+from experiments.bench.run.settings import described, schema_of
 from experiments.bench.sources.conditions import RobotName
 
 IMAGE_PX = 396
@@ -36,11 +34,6 @@ IDLE_S, RATE_FRAMES = 0.02, 30
 SETTLING_FRAMES = 45
 """Frames after which a new browser draws the plots again: laying out its panels, it may leave out the time axis."""
 PAUSED = "  \n**paused**"
-NONE, FRAME, BY_HAND, CHANGED = "none", "the camera's frame", "by hand", "changed"
-RATES = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1, "as fast as it can": math.inf}
-"""Name of a pace -> simulated seconds for each second."""
-MAPS = {"retina P": "p", "lamina LA": "la", "ON after FDSR": "f_on", "OFF after FDSR": "f_off"}
-"""Name of a layer map -> what a `dsnn.Response` calls it."""
 MOVES: Mapping[str, tuple[float, float, str]] = {
     "left": (0.0, 90.0, "J"), "ahead": (1.0, 0.0, "I"), "stop": (0.0, 0.0, "X"), "back": (-1.0, 0.0, "K"),
     "right": (0.0, -90.0, "L"),
@@ -48,7 +41,7 @@ MOVES: Mapping[str, tuple[float, float, str]] = {
 """Button -> share of the speed, turn rate in degrees/s, and its key; with shift it is the observer's."""
 WORLD = {
     "scene": ("light", "light_sd", "wall_contrast", "shell_grey"),
-    "camera": (PRESET, "shot_noise", "read_noise", "exposure_ms", "blur_px"),
+    "camera": ("shot_noise", "read_noise", "exposure_ms", "blur_px"),
 }
 """Section -> its parameters that the page offers."""
 HINT = """**Make it fire: press `I`.** The black robot crosses the camera's view, and HS passes T.
@@ -71,8 +64,6 @@ class Page:
     ----------
     paused
         Whether the session stands still.
-    pace
-        Simulated seconds for each second.
 
     Parameters
     ----------
@@ -83,8 +74,8 @@ class Page:
     """
 
     def __init__(self, session: Session, port: int = 8099) -> None:
-        self.session, self.paused, self.pace = session, False, 1.0
-        self._steps, self._map, self._settling = 0, NONE, 0
+        self.session, self.paused = session, False
+        self._steps = self._settling = 0
         self._drawn: object = None
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._controls: list[tuple[Any, Callable[[], Any]]] = []
@@ -138,19 +129,13 @@ class Page:
         hint = f"{field.description}; {field.legal}; here: {field.value or 'none'}"
         present: Callable[[], Any] = lambda: getattr(holder(), name)  # noqa: E731
         handle: Any
-        if name == PRESET:
-            present = lambda: preset_of(holder()) or CHANGED  # noqa: E731
-            handle = gui.add_dropdown(label, (*schema["enum"], CHANGED), initial_value=present(), hint=hint)
-        elif "enum" in schema:
+        if "enum" in schema:
             present = lambda: str(getattr(holder(), name))  # noqa: E731
             handle = gui.add_dropdown(label, tuple(map(str, schema["enum"])), initial_value=present(), hint=hint)
         elif isinstance(now, bool):
             handle = gui.add_checkbox(label, now, hint=hint)
         elif isinstance(now, int | float):
             handle = _number(gui, label, schema, now, hint)
-        elif schema.get("type") == "array":
-            present = lambda: ",".join(f"{part:g}" for part in getattr(holder(), name))  # noqa: E731
-            handle = gui.add_text(label, present(), hint=hint)
         else:
             return
         self.follow(handle, lambda value: do(str(value)), present)
@@ -162,7 +147,7 @@ class Page:
         panel = gui.add_panel()
         with panel.add_tab("Network"):
             self._status = gui.add_markdown("")
-            self._image = gui.add_image(np.zeros((72, 99, 3), np.uint8), label=FRAME)
+            self._image = gui.add_image(np.zeros((72, 99, 3), np.uint8), label="the camera's frame")
             with gui.add_folder("HS and VS against T, spikes"):
                 self.traces = Traces(gui, session)
         panel.dock_left()
@@ -180,17 +165,6 @@ class Page:
             for section, name in ((section, name) for section, names in WORLD.items() for name in names):
                 holder = partial(lambda section: getattr(session.spec.settings, section), section)
                 self._parameter(section, holder, name, partial(session.set, f"{section}.{name}"))
-            gui.add_button("reset the world").on_click(lambda _: ask(session.reset_world))
-        with tabs.add_tab("View"):
-            pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
-            pace = gui.add_dropdown("pace", tuple(RATES), initial_value="1", hint="seconds shown for each second")
-            maps = gui.add_dropdown("layer map", (NONE, *MAPS), hint="of the first model, in place of the frame")
-            record = gui.add_button("record", hint="C: a run of this trial since its beginning")
-        pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
-        record.on_click(lambda _: ask(self.record))
-        paces = {rate: name for name, rate in RATES.items()}
-        self.follow(pace, lambda name: setattr(self, "pace", RATES[name]), lambda: paces[self.pace])
-        self.follow(maps, self.set_map, lambda: self._map)
         commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
             ("pause or continue", "space", partial(self.time, "pause")), ("one frame", "N", partial(self.time, "step")),
             ("begin again", "R", partial(self.time, "again")), ("record", "C", self.record),
@@ -230,26 +204,10 @@ class Page:
                 command = gui.add_command(f"{robot}: {move}", hotkey=key, modifier=shift)
                 command.on_trigger(lambda _, robot=robot, move=move: ask(partial(drive, robot, move)))
         speed = gui.add_slider("speed, cm/s", 0.5, 35.0, 0.5, session.speed_cm_s)
-        looped = gui.add_dropdown("trial", (BY_HAND, *session.experiments), initial_value=self._looped()[0],
-                                  hint="by hand, or a condition of an experiment in a loop")  # fmt: skip
-        self.condition = gui.add_dropdown("its condition", self._conditions(), initial_value=self._looped()[1])
         self.follow(speed, lambda value: session.set_speed(float(value)), lambda: session.speed_cm_s)
-        self.follow(looped, lambda value: session.show("" if value == BY_HAND else str(value)),
-                    lambda: self._looped()[0])  # fmt: skip
-        self.follow(self.condition, lambda label: session.show(self._looped()[0], int(label.partition(":")[0])),
-                    lambda: self._looped()[1])  # fmt: skip
-
-    def _conditions(self) -> tuple[str, ...]:
-        """Return the conditions of the experiment that is looped, as its control lists them."""
-        looped = self.session.looped
-        if not looped:
-            return ("",)
-        return tuple(f"{i}: {condition.label()}" for i, condition in enumerate(self.session.conditions(looped[0])))
-
-    def _looped(self) -> tuple[str, str]:
-        """Return the experiment that is looped and the label of its condition."""
-        looped = self.session.looped
-        return (looped[0], self._conditions()[looped[1]]) if looped else (BY_HAND, "")
+        pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
+        pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
+        gui.add_button("record", hint="C: a run of this trial since its beginning").on_click(lambda _: ask(self.record))
 
     def time(self, word: str) -> None:
         """Pause or continue, advance one frame, or begin again."""
@@ -266,13 +224,6 @@ class Page:
         folder = self.session.record().folder
         self.tell(f"recorded into {folder}; repeat it by: colias run --again {folder}")
 
-    def set_map(self, name: str) -> None:
-        """Show a layer map of the first model in place of the frame."""
-        if name != NONE:
-            MAPS[name]  # refused where there is none
-        self._map, self._image.label = name, FRAME if name == NONE else name
-        self.session.show_maps(name != NONE)
-
     def show(self, sample: Sample, rate: float) -> None:
         """Show a frame, at ``rate`` simulated seconds for each second of the clock."""
         session = self.session
@@ -280,30 +231,20 @@ class Page:
             if self._drawn is not session.trial:
                 self._drawn = session.trial
                 self.scene.draw(session.trial.sim, session.spec.settings.camera)
-                self.condition.options = self._conditions()
                 self._refresh()
             self.scene.move(session.poses)
-            picture = self._picture(sample)
-            times = max(1, IMAGE_PX // picture.shape[1])
-            self._image.image = _grey(np.repeat(np.repeat(picture, times, 0), times, 1))
+            times = max(1, IMAGE_PX // sample.image.shape[1])
+            self._image.image = np.repeat(sample.image.repeat(times, 0).repeat(times, 1)[:, :, None], 3, 2)
             self.traces.add(session.responses)
             if self._settling == 1:
                 self.traces.redraw()
             self._settling = max(self._settling - 1, 0)
             self._status.content = self._line(sample, rate)
 
-    def _picture(self, sample: Sample) -> npt.NDArray[np.uint8]:
-        """Return the camera's frame, or the chosen map of the first model that has it, about a middle grey."""
-        maps = getattr(next(iter(self.session.responses.values()), None), "maps", None)
-        if self._map == NONE or maps is None:
-            return sample.image
-        layer = getattr(maps, MAPS[self._map])
-        return np.asarray(127.5 + 127.5 * layer / max(float(np.abs(layer).max()), 1e-9), np.uint8)
-
     def _line(self, sample: Sample, rate: float) -> str:
         session = self.session
         number = f"frame {session.number - 1}, {sample.time_s:.2f} s; simulated / wall time {rate:.2f}"
-        lines = [session.title, number]
+        lines = [number]
         for runner, response in zip(session.runners, session.responses.values(), strict=True):
             label, channel, first = runner.label, runner.chosen.counted, runner.chosen.network
             if response is None:
@@ -321,7 +262,7 @@ class Page:
         return "  \n".join(lines) + (PAUSED if self.paused else "")
 
     def serve(self) -> None:
-        """Compute and show frame after frame at the page's pace. A slow machine slows it down; no frame is skipped."""
+        """Show frame after frame at the pace of the clock. A slow machine slows it down; no frame is skipped."""
         session, due = self.session, time.perf_counter()
         times: deque[float] = deque(maxlen=RATE_FRAMES)
         while True:
@@ -340,7 +281,7 @@ class Page:
                 continue
             times.append(time.perf_counter())
             self.show(sample, (len(times) - 1) * session.interval_s / max(times[-1] - times[0], 1e-6))
-            due = max(due + session.interval_s / self.pace, time.perf_counter() - session.interval_s)
+            due = max(due + session.interval_s, time.perf_counter() - session.interval_s)
             while (left := due - time.perf_counter()) > 0.0:
                 time.sleep(min(left, IDLE_S))
                 self.heed()
@@ -356,7 +297,3 @@ def _number(gui: viser.GuiApi, label: str, schema: Mapping[str, Any], now: float
     low = type(now)(ends[0] + (0 if "minimum" in schema else slot))
     high = type(now)(ends[1] - (0 if "maximum" in schema else slot))
     return gui.add_slider(label, min(low, now), max(high, now), slot, now, marks=((now, f"{now:g}"),), hint=hint)
-
-
-def _grey(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    return np.repeat(luma[:, :, None], 3, 2)

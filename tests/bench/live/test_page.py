@@ -131,8 +131,6 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         until(lambda: session.trial.sim.robots["observer"].pose.heading > 0.3)
         tab.press("X", shift=True)
         until(lambda: session._wheels["observer"] == (0.0, 0.0))
-        page.ask(lambda: page.set_map("ON after FDSR"))
-        until(lambda: session.responses["dsnn"].maps is not None)
         tab.press(" ")
         until(lambda: page.paused)
         frame = session.number
@@ -141,35 +139,6 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (folder,) = tmp_path.glob("runs/live-*")
     again = tmp_path / "again"
     assert command(["run", "--again", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
-
-
-@needs_viser
-@pytest.mark.filterwarnings("default")
-def test_an_experiment_of_ones_own_is_in_the_list_and_so_is_a_behaviour(tmp_path: Path):
-    user_experiment = tmp_path / "mine.py"
-    user_experiment.write_text(
-        "from experiments import Experiment, Translation\n"
-        "EXPERIMENT = Experiment('mine', 'two speeds', Translation((6.0, 12.0), (8.0,)), 'speed_cm_s', 1)\n"
-    )
-    reflex = tmp_path / "turn.py"
-    reflex.write_text(
-        "from experiments import Behaviour\n"
-        "BEHAVIOUR = Behaviour('turn', 'turns', 'Fixation', lambda rng: lambda seen: (-0.2, 0.2), 'neural', 'dsnn')\n"
-    )
-    with serving(PORT + 5, lambda: Session(["dsnn"], experiment=str(user_experiment), behaviour="")) as page:
-        until(lambda: page.session.number > 3)
-        labels = page.condition.options
-        assert len(labels) == len(page.session.conditions(str(user_experiment))) and "12 cm/s" in labels[-1]
-        page.ask(lambda: page.session.show(str(user_experiment), len(labels) - 1))
-        until(lambda: page.condition.value == labels[-1])
-        assert page.session.spec.condition.speed_cm_s == 12.0
-        page.ask(lambda: page.session.show("../mine.py"))
-        until(lambda: "unknown experiment" in page.note.content)
-    session = Session(["dsnn"], behaviour=str(reflex))
-    for _ in range(20):
-        session.step()
-    assert session.trial.sim.robots["observer"].pose.heading > 0.1
-    forget_simulations()
 
 
 @needs_viser

@@ -92,8 +92,6 @@ def test_a_parameter_changes_the_answer_and_comes_back():
         lambda s: s.set("scene.light", "1e9"),
         lambda s: s.set("no.such", "1"),
         lambda s: s.set_speed(float("inf")),
-        lambda s: s.show("no-such-experiment"),
-        lambda s: s.show("speed", 10_000),
     ],
 )
 def test_what_is_refused_changes_nothing(refused):
@@ -104,33 +102,6 @@ def test_what_is_refused_changes_nothing(refused):
     with pytest.raises(UsageError):
         refused(session)
     assert (session.trial, session.hand(), session.settings, session.values) == (trial, hand, settings, {})
-
-
-def test_a_behaviour_drives_the_observer():
-    session = Session(["dsnn"], behaviour="avoidance")
-    hs(session, 20)
-    assert any(robot == "observer" and (v or turn) for _, robot, v, turn in session.hand().commands)
-
-
-def test_a_condition_is_looped_as_colias_run_runs_it(tmp_path: Path):
-    session = Session(["dsnn"], experiment="general")
-    looped = []
-    while not session.trial.drive.over:
-        looped += hs(session, 1)
-    session.step()
-    assert session.number == 1
-    with pytest.raises(UsageError, match="colias run general"):
-        session.record(tmp_path / "none")
-    run = experiments.run("general", repeats=1, workers=0, quiet=True, recordings=False, out=tmp_path / "run")
-    assert looped == run.frames.filter(pl.col("trial") == 0)["hs"].to_list()
-
-
-def test_the_world_returns_to_the_command_s_settings():
-    session = Session(["dsnn"], ["scene.light=0.7", "dsnn.w_i=0.5"])
-    session.set("scene.light", "0.4")
-    session.set("camera.read_noise", "3")
-    session.reset_world()
-    assert session.settings == {"scene.light": "0.7", "dsnn.w_i": "0.5"}
 
 
 def test_robots_stop_before_the_wall_and_before_each_other():
