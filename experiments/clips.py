@@ -59,7 +59,7 @@ EDGES = OfflineExperiment(
         for polarity, label in (("off", "OFF (dark leads)"), ("on", "ON (dark trails)"))
         for motion, speed in product(SIDEWAYS, (60.0, 120.0))
     ],
-    ("dsnn", "dsnn-on-blocked", "dsnn-off-blocked"), ("C22",), figure=Figure("edges"),
+    ("dsnn", "dsnn-on-blocked", "dsnn-off-blocked"), ("C22",),
 )  # fmt: skip
 # The paper's motion-models. With w_i = 1 the DSNN's answers to a single step cancel. An EMD of the same spacing
 # correlates steps of either sign, and answers opposite signs the other way: a four-quadrant detector.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 
 from experiments.bench.report import findings, style
 from experiments.bench.run.parameters import in_title
@@ -28,13 +28,6 @@ AXES = {
     "px_a_frame": "speed of the background (px a frame)",
 }
 LEVELS = {"speed": "{:g} {unit}", "grey": "grey {:g}", "background_speed": "{:g} {unit}", "shade": "{}"}
-INTACT, LEFT = "dsnn", (5.0, 95.0)
-"""The network that others are compared with at edges, and the bounds of C22 for what a blocked pathway leaves of its
-|HS|, per cent."""
-EDGES = {
-    "off": "OFF edges (luminance falls): leading of dark objects, trailing of light ones",
-    "on": "ON edges (luminance rises): trailing of dark objects, leading of light ones",
-}
 ACROSS, LEAST_ROW = 12, 0.42
 """Most clips side by side, with several models; inches: least height of a row."""
 RESPONSE = "Response: largest |HS|, of vertical motion |VS|, of models without either looming."
@@ -55,7 +48,7 @@ def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds
     Parameters
     ----------
     figure
-        ``kind``: ``traces``, ``peaks``, ``background``, ``edges``, ``ranges`` or ``contrast``; of peaks ``along``,
+        ``kind``: ``traces``, ``peaks``, ``background``, ``ranges`` or ``contrast``; of peaks ``along``,
         ``lines`` and ``panels`` too, which name columns: see `experiments.Figure`.
     trials
         A row for each clip, seed and model.
@@ -74,10 +67,7 @@ def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds
     trials = with_responses(trials)
     with style.look():
         if figure.kind == "traces":
-            drawn, notes = _page(_bands(trials) * trials.n_unique("model"), 0.95, 1.3), _traces_caption(trials)
-            _traces(drawn, trials, frames, thresholds)
-        elif figure.kind == "edges":
-            drawn, notes = _edges(trials, frames, thresholds)
+            drawn, notes = _traces(trials, frames, thresholds), MEANS * (trials.n_unique("repeat") > 1) + TRACES
         elif figure.kind == "ranges":
             drawn, notes = _ranges(trials, thresholds)
         else:
@@ -98,11 +88,8 @@ def with_responses(trials: pl.DataFrame) -> pl.DataFrame:
 
 def _page(rows: int, high: float, around: float) -> Figure:
     """Return a figure with rows that are so high, or less on a full page; as low as `LEAST_ROW` they take more."""
-    return Figure(figsize=(style.WIDTH, around + _height(rows, high, around)), layout="constrained")
-
-
-def _height(rows: int, high: float, around: float) -> float:
-    return rows * min(high, max(LEAST_ROW, (style.PAGE - around) / rows))
+    height = around + rows * min(high, max(LEAST_ROW, (style.PAGE - around) / rows))
+    return Figure(figsize=(style.WIDTH, height), layout="constrained")
 
 
 # --- findings ---------------------------------------------------------------------------------------------------------
@@ -163,36 +150,19 @@ def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
     return counted("The threshold is reached", spiking, reached, "trials")
 
 
-def share_finding(left: pl.DataFrame) -> str:
-    """Return what is left of the intact network's |HS|; of many models how many leave little or nearly all."""
-    ends = {model: (rows["share"].min(), rows["share"].max()) for (model,), rows in style.by(left, "model")}
-    if len(ends) > 3:
-        little = sum(high <= LEFT[0] for _, high in ends.values())
-        most = sum(low >= LEFT[1] for low, _ in ends.values())
-        return f"{little} of {len(ends)} models leave at most {LEFT[0]:g} % of |HS|, {most} at least {LEFT[1]:g} %"
-    words = {model: " to ".join(dict.fromkeys((f"{low:.0f}", f"{high:.0f}"))) for model, (low, high) in ends.items()}
-    return "of |HS| " + ", ".join(f"{model} leaves {text} %" for model, text in words.items())
-
-
 # --- over time --------------------------------------------------------------------------------------------------------
 
 
-def _bands(trials: pl.DataFrame) -> int:
-    """Return into how many bands the clips are broken, each with a row for each model."""
-    return -(-trials.n_unique("clip") // {1: 4, 2: 8, 3: 8}.get(trials.n_unique("model"), ACROSS))
-
-
-def _traces(
-    part: Figure | SubFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, letter: str = ""
-) -> None:
+def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> Figure:
     """Draw the potentials of each model in a row, of each clip in a column; more clips lie below."""
     models, clips = style.levels(trials, "model"), style.levels(trials, "clip")
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
     ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
     cells = style.by(table, "model", "clip", "time").agg(ends)
-    across = -(-len(clips) // _bands(trials))
-    panels = part.subplots(_bands(trials) * len(models), across, squeeze=False, sharey="row")
+    bands = -(-len(clips) // {1: 4, 2: 8, 3: 8}.get(len(models), ACROSS))
+    across, drawn = -(-len(clips) // bands), _page(bands * len(models), 0.95, 1.3)
+    panels = drawn.subplots(bands * len(models), across, squeeze=False, sharey="row")
     for axes in panels.flat:
         axes.set_visible(False)
     keys: dict[str, Any] = {}
@@ -218,10 +188,11 @@ def _traces(
             if place % across == 0:
                 style.row_name(axes, model)
                 axes.set_xlabel("time (s)" if row == len(models) - 1 else "")
-    part.legend(keys.values(), keys, loc="outside lower right", ncols=len(keys), frameon=False, labelcolor="linecolor",
-                fontsize=style.SMALL)  # fmt: skip
-    part.supylabel("potential", fontsize=style.BODY)
-    style.headline(part, direction_finding(trials, thresholds), letter=letter)
+    drawn.legend(keys.values(), keys, loc="outside lower right", ncols=len(keys), frameon=False, labelcolor="linecolor",
+                 fontsize=style.SMALL)  # fmt: skip
+    drawn.supylabel("potential", fontsize=style.BODY)
+    style.headline(drawn, direction_finding(trials, thresholds))
+    return drawn
 
 
 # --- along what the clips vary ----------------------------------------------------------------------------------------
@@ -305,20 +276,7 @@ def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[fl
     return ends
 
 
-# --- ranges and shares ------------------------------------------------------------------------------------------------
-
-
-def _by_model(axes: Axes, models: Sequence[str], rows: pl.DataFrame, column: str, colour: str, aside: float) -> None:
-    """Draw the values of each model in a row: dots, and a bar from the smallest to the largest."""
-    for (model,), of_model in style.by(rows, "model"):
-        values, height = of_model[column].to_numpy(), models.index(model) + aside
-        label = of_model["kind"][0]
-        axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=label)
-        axes.plot(values, [height] * len(values), "o", ms=2, color=colour)
-        if model == models[0]:
-            style.label_ends(axes, [(values.max(), height, label, colour)])
-    axes.set_yticks(range(len(models)), models)
-    axes.set_ylim(len(models) - 0.5, -0.5)
+# --- ranges ----------------------------------------------------------------------------------------------------------
 
 
 def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
@@ -330,7 +288,14 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     axes = drawn.subplots()
     for kind, rows, colour, aside in (("object crosses", crossing, style.HUES[0], -0.18),
                                       ("background alone", alone, style.HUES[1], 0.18)):  # fmt: skip
-        _by_model(axes, models, rows.with_columns(kind=pl.lit(kind)), "response", colour, aside)
+        for (model,), of_model in style.by(rows, "model"):
+            values, height = of_model["response"].to_numpy(), models.index(model) + aside
+            axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=kind)
+            axes.plot(values, [height] * len(values), "o", ms=2, color=colour)
+            if model == models[0]:
+                style.label_ends(axes, [(values.max(), height, kind, colour)])
+    axes.set_yticks(range(len(models)), models)
+    axes.set_ylim(len(models) - 0.5, -0.5)
     for place, model in enumerate(models):
         if (level := thresholds.get(model)) is not None:
             axes.plot([level] * 2, [place - 0.4, place + 0.4], color=style.INK, lw=1.2, label="threshold")
@@ -343,44 +308,3 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
         exceeds, words = pl.col("response") > pl.col("most"), "A crossing exceeds all of the background alone"
         style.headline(drawn, counted(words, compared, exceeds, "trials"))
     return drawn, f"Dots: clips; bars: from smallest to largest; black: the model's threshold. {RESPONSE}"
-
-
-def shares(trials: pl.DataFrame) -> pl.DataFrame:
-    """Return the rows of the other models with ``share``, what is left of the intact network's |HS|, per cent.
-
-    Clips in which it is silent or that it was not shown are left out, and models without HS and VS.
-    """
-    intact = trials.filter(model=INTACT).select("clip", "repeat", intact="hs")
-    others = trials.filter(pl.col("model") != INTACT, "directed")
-    others = others.join(intact, on=["clip", "repeat"], maintain_order="left")
-    return others.filter(pl.col("intact") > 0.0).with_columns(share=100.0 * pl.col("hs") / pl.col("intact"))
-
-
-def _traces_caption(trials: pl.DataFrame) -> str:
-    """Return what lines over time are; of one trial there is no band."""
-    return MEANS * (trials.n_unique("repeat") > 1) + TRACES
-
-
-def _edges(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
-    """Draw the potentials at every edge, and below what the other models leave of the intact network's |HS|."""
-    left = shares(trials).with_columns(kind=pl.lit(""))
-    models, shown = style.levels(left, "model"), style.levels(trials, "polarity")
-    polarities = [polarity for polarity in EDGES if polarity in shown]
-    low = len(models) * 0.2 + 1.3 if models else 0.0
-    high = _height(_bands(trials) * trials.n_unique("model"), 0.8, low + 1.5) + 1.2
-    drawn = Figure(figsize=(style.WIDTH, high + low + 0.3), layout="constrained")
-    parts: Any = drawn.subfigures(2, 1, height_ratios=[high, low]) if models else [drawn]
-    upper, *lower = parts
-    _traces(upper, trials, frames, thresholds, "a" if models else "")
-    for part in lower:
-        panels = part.subplots(1, len(polarities), sharey=True, squeeze=False)[0]
-        for axes, polarity, letter in zip(panels, polarities, "bc", strict=False):
-            of_edge = left.filter(polarity=polarity)
-            _by_model(axes, models, of_edge, "share", style.HUES[0], 0.0)
-            for bound in LEFT:
-                axes.axvline(bound, color=style.GREY, ls="--", lw=0.8)
-            style.decades(axes, of_edge["share"], "x")
-            axes.set_xlabel(f"largest |HS| (% of that of {INTACT})")
-            style.finding(axes, f"{polarity.upper()} edges: {share_finding(of_edge)}", letter)
-    below = f" Below: clips as dots, bars: their range; dashes: C22, {LEFT[0]:g} and {LEFT[1]:g} %." if lower else ""
-    return drawn, f"{_traces_caption(trials)}{below} {'. '.join(EDGES[polarity] for polarity in polarities)}."

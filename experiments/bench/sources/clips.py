@@ -286,7 +286,7 @@ def recorded(
     return frames, [look, rerun.chunk(place, rerun.times(time_s, numbers), columns.partition(there))]
 
 
-Kind = Literal["traces", "peaks", "background", "edges", "ranges", "contrast"]
+Kind = Literal["traces", "peaks", "background", "ranges", "contrast"]
 DRAWN = ("speed", "grey", "background_speed")
 """Names of the parameters that a figure of peaks may be drawn against."""
 
@@ -300,7 +300,6 @@ class Figure:
     kind
         ``traces``: the models' potentials over each clip. ``peaks``: their peaks against a parameter of the clips.
         ``background``: their peaks in depth and translation against the background's speed, px a frame.
-        ``edges``: clips of a single edge of either polarity, and what the other models leave of the DSNN's ``|HS|``.
         ``contrast``: clips of several greys and speeds: peaks along speed and along grey.
         ``ranges``: of each model, from which to which peak ``|HS|`` its clips with an object reach, and without one.
     along
@@ -332,8 +331,7 @@ class Figure:
         tuple of str
             Their names.
         """
-        peaks = (self.along, self.lines, self.panels)
-        return {"peaks": peaks, "background": peaks, "edges": ("polarity", "motion", "speed")}.get(self.kind, ())
+        return (self.along, self.lines, self.panels) if self.kind in ("peaks", "background") else ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from experiments import Figure
-from experiments.bench.report.clips import course_finding, direction_finding, draw, shares, with_responses
+from experiments.bench.report.clips import course_finding, direction_finding, draw, with_responses
 from tests.helpers.figure_rows import clip_frames, clip_trials, strength
 
 RENDERED = True
@@ -16,7 +16,7 @@ MODELS = ("dsnn", "emd", "dsnn-on-blocked")
 SPEEDS = [{"speed": speed, "grey": grey} for grey in (0.0, 100.0) for speed in (20.0, 60.0, 120.0)]
 THRESHOLDS = {"dsnn": 0.16, "emd": None, "dsnn-on-blocked": 0.3}
 PEAKS = Figure("peaks", along="speed", lines="background_speed", panels="grey")
-KINDS = ("traces", "peaks", "background", "edges", "ranges", "contrast")
+KINDS = ("traces", "peaks", "background", "ranges", "contrast")
 
 
 def drawn(figure, trials, thresholds=THRESHOLDS):
@@ -80,23 +80,7 @@ def test_ranges_reach_from_the_smallest_to_the_largest_response():
     assert limits == {0.16, 0.3}
 
 
-def test_what_is_left_of_the_intact_network_is_a_share_of_it_clip_by_clip():
-    clips = [{"polarity": polarity, "motion": way} for polarity in ("off", "on") for way in ("rightward", "leftward")]
-    trials = clip_trials(MODELS, clips)
-    twice = pl.when(model="emd", trial=0).then(2.0).otherwise(1.0)
-    trials = trials.with_columns(pl.col("peak_hs") * twice)
-    left = shares(with_responses(trials))
-    expected = np.array([100.0 * strength(model) / strength("dsnn") for model in MODELS[1:]] * 4) * ([2.0] + [1.0] * 7)
-    assert left["model"].to_list() == list(MODELS[1:]) * 4 and left["share"].to_list() == pytest.approx(
-        expected.tolist()
-    )
-    silent = trials.with_columns(pl.when(model="dsnn").then(0.0).otherwise(pl.col(end)).alias(end)
-                                 for end in ("peak_hs", "trough_hs"))  # fmt: skip
-    assert shares(with_responses(silent)).is_empty(), "nothing is compared with a network that is silent"
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_order_of_rows_changes_nothing(kind):
-    clips = [{**clip, "polarity": "on"} for clip in SPEEDS] + [{"object": "absent", "polarity": "on"}]
-    trials, figure = clip_trials(MODELS, clips, 2), PEAKS if kind == "peaks" else Figure(kind)
+    trials, figure = clip_trials(MODELS, [*SPEEDS, {"object": "absent"}], 2), PEAKS if kind == "peaks" else Figure(kind)
     assert lines(drawn(figure, trials)) == lines(drawn(figure, trials.sample(fraction=1.0, shuffle=True, seed=1)))
