@@ -210,7 +210,7 @@ def fit(
     cluster: str | None = None,
     quiet: bool = False,
 ) -> fits.Fitted:
-    """Search a box of parameters for settings under which all claims hold, or a measure is largest.
+    """Search a box of parameters for settings under which all claims hold.
 
     The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
     Equal arguments give equal numbers, on any number of workers. ``colias fit`` does the same.

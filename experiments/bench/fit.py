@@ -1,4 +1,4 @@
-"""Fits: a search for parameters under which claims hold together or a measure is largest, judged on fresh seeds.
+"""Fits: a search for parameters under which claims hold together, judged on fresh seeds.
 
 Each batch of settings is a sweep of one axis, and resumes as any other.
 """
@@ -18,7 +18,6 @@ import polars as pl
 
 from experiments.bench import registry, sweep, sweep_plan
 from experiments.bench.grid import apart, keys_of, take
-from experiments.bench.measures import SPIKES
 from experiments.bench.run.description import begin_whole, begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
@@ -28,7 +27,6 @@ from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts, collect, schema_of
 from experiments.bench.run.streams import stream
 from experiments.bench.stats.count import Count, count
-from experiments.bench.stats.tests import summarise
 from experiments.bench.stats.verdict import together
 from experiments.bench.study import TOGETHER, Fit, Study
 from experiments.bench.sweep import MOST_SLACK
@@ -43,15 +41,13 @@ NEXT_BEST = 10
 """Settings that are judged again with the winner."""
 TEST, SAMPLE = 1_000_000, 2_000_000
 """Added to the seed of the search for the second judging and for the sample."""
-AS_IS = "as it is"
-"""Name of the model without a setting."""
 LOG_FROM = 100.0
 """Ratio of the ends of a range from which it is searched by its logarithm."""
 LEAST, MEAN = "least slack", "mean slack"
 RESULTS = pl.Schema(
     {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64}
 )
-"""Columns of the results of settings: ``value`` is the slack of a claim, or a measure; ``verdict`` is of claims."""
+"""Columns of the results of settings: ``value`` is the slack of a claim."""
 
 
 # The box.
@@ -173,7 +169,7 @@ def importance(search: Any) -> dict[str, float]:
     """
     from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
 
-    if len({trial.value for trial in search.get_trials(deepcopy=False)} - {None}) < 2:
+    if len({trial.value for trial in search.get_trials(deepcopy=False)}) < 2:
         return {}
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)
@@ -185,28 +181,19 @@ def importance(search: Any) -> dict[str, float]:
 
 def study_of(fit: Fit, settings: Sequence[Setting], *, again: bool = False) -> Study:
     """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
-    measure = SPIKES if fit.maximise.partition(":")[0] == SPIKES else fit.maximise
     texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in keys_of(name))
              for setting in settings]  # fmt: skip
     return replace(
         fit.study,
-        measures=() if fit.of_claims else (measure,),
         repeats=fit.study.repeats if again or fit.search_repeats is None else fit.search_repeats,
         axes={"setting": {str(number): level for number, level in enumerate(texts)}},
     )
 
 
-def results_of(result: sweep.Sweep, fit: Fit) -> pl.DataFrame:
+def results_of(result: sweep.Sweep) -> pl.DataFrame:
     """Return the `RESULTS` of a sweep whose points are settings; silence gains nothing."""
-    if fit.of_claims:
-        slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")
-        columns = ["setting", pl.col("claim").alias("name"), "replicate", "verdict", slack]
-        return result.table.select(columns).cast(RESULTS)
-    each = pl.col("each")
-    columns = ["setting", pl.col("measure").alias("name"), pl.int_ranges(each.list.len()).alias("replicate"),
-               pl.lit(None, pl.String).alias("verdict"), each.alias("value")]  # fmt: skip
-    own = result.numbers.filter(measure=fit.maximise).select(columns).explode("replicate", "value")
-    return own.cast(RESULTS).with_columns(pl.col("value").fill_null(math.nan))
+    slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")
+    return result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack).cast(RESULTS)
 
 
 def scored(results: pl.DataFrame) -> pl.DataFrame:
@@ -216,12 +203,12 @@ def scored(results: pl.DataFrame) -> pl.DataFrame:
     -------
     polars.DataFrame
         A row for each setting: ``kept`` of its ``claims`` hold in every replicate; the least slack of all and of each,
-        and the mean slack. Of a measure its mean, NaN where a replicate has none.
+        and the mean slack.
     """
-    value, by_name = pl.col("value"), results.group_by("setting", "name", maintain_order=True)
-    if results["verdict"].null_count():
-        return by_name.agg(value.mean()).pivot("name", index="setting", values="value", maintain_order=True)
-    sums = by_name.agg(value.min(), holds=(pl.col("verdict") == "holds").all())
+    value = pl.col("value")
+    sums = results.group_by("setting", "name", maintain_order=True).agg(
+        value.min(), holds=(pl.col("verdict") == "holds").all()
+    )
     totals = sums.group_by("setting", maintain_order=True).agg(
         kept=pl.col("holds").sum(), claims=pl.len(), **{LEAST: value.min()}
     )
@@ -232,12 +219,12 @@ def scored(results: pl.DataFrame) -> pl.DataFrame:
 
 
 def best_of(table: pl.DataFrame, fit: Fit) -> list[int]:
-    """Return the numbers of the winner and the next best: where all claims are kept first, then by the goal.
+    """Return the numbers of the winner and the next best: where all claims are kept first, then by the slack.
 
     ``table`` has a row for each setting, with the columns of `scored`.
     """
-    order = [pl.col("kept") == pl.col("claims"), LEAST, MEAN] if fit.of_claims else [fit.maximise]
-    ranked = table.fill_nan(None).sort(order, descending=True, nulls_last=True, maintain_order=True)
+    order = [pl.col("kept") == pl.col("claims"), LEAST, MEAN]
+    ranked = table.sort(order, descending=True, maintain_order=True)
     keys = [text.partition("=")[0] for text in fit.over]
     distinct = ranked.unique(keys, keep="first", maintain_order=True)  # a box of names alone has settings twice
     return distinct["number"].head(NEXT_BEST + 1).to_list()
@@ -245,7 +232,7 @@ def best_of(table: pl.DataFrame, fit: Fit) -> list[int]:
 
 def with_all(results: pl.DataFrame) -> pl.DataFrame:
     """Put those of all claims together, called ``all``, before the results of several: the least slack, the verdict."""
-    if results["verdict"].null_count() or results["name"].n_unique() < 2:
+    if results["name"].n_unique() < 2:
         return results
     whole = [
         (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min())
@@ -255,33 +242,23 @@ def with_all(results: pl.DataFrame) -> pl.DataFrame:
 
 
 def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.DataFrame, anew: pl.DataFrame) -> Any:
-    """Return the rows of ``anew.csv``: for each setting of ``best``, and the model as it is, the claims or the measure.
+    """Return the rows of ``anew.csv``: each setting of ``best`` with each claim.
 
-    ``low`` and ``high`` are the ends of the 95 % interval of the share of replicates that keep a claim, or of the mean
-    of the measure.
+    ``low`` and ``high`` are the ends of the 95 % interval of the share of replicates that keep a claim.
     """
     rows: list[dict[str, Any]] = []
-    searched, anew = with_all(searched), with_all(anew)
-    for place, name in (
-        anew.select("setting", "name").unique(maintain_order=True).sort("setting", maintain_order=True).rows()
-    ):
-        own = anew.filter(setting=place, name=name)
-        number = best[place] if place < len(best) else None
-        before = searched.filter(setting=-1 if number is None else number, name=name)["value"].mean()
-        setting = dict.fromkeys(settings[0], AS_IS) if number is None else settings[number]
-        row = {"number": number, **setting, "name": name, "in the search": before}
-        if own["verdict"].null_count():
-            known = own["value"].filter(own["value"].is_finite()).to_list()
-            summary = summarise(known) if known else None
-            ends = (summary.ci_low, summary.ci_high) if summary else (None, None)
-            more: dict[str, Any] = {"anew": summary and summary.mean, "replicates": len(known)}
-        else:
-            counted = count(own["verdict"])
-            ends = counted.interval or (None, None)
-            word = "fitted" if counted.word == "holds" else counted.label  # its parameters were chosen to keep it
-            more = {"anew": own["value"].mean(), "replicates": counted.replicates, "kept": counted.holds, "word": word}
-        rows.append({**row, **more, "low": ends[0], "high": ends[1]})
-    return pl.DataFrame(rows, infer_schema_length=None).with_columns(pl.selectors.float().fill_nan(None))
+    searched, anew = with_all(searched), with_all(anew).sort("setting", maintain_order=True)
+    for (place, name), own in anew.group_by("setting", "name", maintain_order=True):
+        number, counted = best[int(place)], count(own["verdict"])
+        low, high = counted.interval or (None, None)
+        rows.append({
+            "number": number, **settings[number], "name": name,
+            "in the search": searched.filter(setting=number, name=name)["value"].mean(), "anew": own["value"].mean(),
+            "replicates": counted.replicates, "kept": counted.holds,
+            "word": "fitted" if counted.word == "holds" else counted.label,  # its parameters were chosen to keep it
+            "low": low, "high": high,
+        })  # fmt: skip
+    return pl.DataFrame(rows, infer_schema_length=None)
 
 
 # The result.
@@ -299,20 +276,17 @@ class Fitted:
         The settings searched and those of the even sample, a row each: ``of``, ``number``, their values, and how they
         scored.
     anew
-        The settings judged again, a row for each and each claim, the winner's first. Of a measure the model as it is
-        comes last.
+        The settings judged again, a row for each and each claim, the winner's first.
     winner
         The best setting as the search saw it.
     word
         The verdict on the winner: ``fitted``, ``not fitted``, or ``no word`` where too few replicates judged it again.
-        Empty of a measure.
     share
-        The count of the sample's settings in which every claim is kept: the share of the box. ``None`` of a measure.
+        The count of the sample's settings in which every claim is kept: the share of the box.
     luck
-        By how much the search promised too much of its winner: its goal there less that at fresh seeds; ``None`` where
-        it is not known.
+        By how much the search promised too much of its winner: its slack there less that at fresh seeds.
     importance
-        Parameter -> its share of what varies in the goal.
+        Parameter -> its share of what varies in the slack.
     looks
         Number of times that settings were judged at the fresh seeds, this one included.
     sentences
@@ -326,17 +300,12 @@ class Fitted:
     anew: pl.DataFrame
     winner: Setting
     word: str
-    share: Count | None
-    luck: float | None
+    share: Count
+    luck: float
     importance: Mapping[str, float]
     looks: int
     sentences: Sequence[str]
     failures: Sequence[Failure] = ()
-
-    @property
-    def goal(self) -> str:
-        """The column of ``settings`` that the search made large."""
-        return LEAST if self.fit.of_claims else self.fit.maximise
 
 
 def conclude(
@@ -346,34 +315,21 @@ def conclude(
     """Return the result of a fit, from its tables."""
     first, even = anew.row(0, named=True), settings.filter(of="sample")
     winner = {key: first[key] for key in (text.partition("=")[0] for text in fit.over)}
+    own = settings.row(first["number"], named=True)
+    counted = Count(first["kept"], first["replicates"] - first["kept"])
+    kept = even.filter(pl.col("kept") == pl.col("claims")).height
+    share, luck = Count(kept, even.height - kept), first["in the search"] - first["anew"]
+    few = counted.kind == "counted" and not counted.fails
+    word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
+    word = word if own["kept"] == own["claims"] else "not fitted"
+    low, high = share.interval or (0.0, 1.0)
     named = ", ".join(f"{key}={value}" for key, value in winner.items())
-    before, after = first["in the search"], first["anew"]
-    luck = None if before is None or after is None else before - after
-    share, word = None, ""
-    if fit.of_claims:
-        own = settings.row(first["number"], named=True)
-        counted = Count(first["kept"], first["replicates"] - first["kept"])
-        kept = even.filter(pl.col("kept") == pl.col("claims")).height
-        share = Count(kept, even.height - kept)
-        low, high = share.interval or (0.0, 1.0)
-        few = counted.kind == "counted" and not counted.fails
-        word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
-        word = word if own["kept"] == own["claims"] else "not fitted"
-        lines = [f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
-                 f" {counted} replicates that it never saw",
-                 f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
-                 " the box"]  # fmt: skip
-    else:
-        best = even[fit.maximise].fill_nan(None).max()
-        lines = [f"{fit.maximise}: {named} has {_number(after)} in the mean of {first['replicates']} fresh replicates,"
-                 f" the model {AS_IS} {_number(anew['anew'][-1])}; best of {even.height} settings that fill the box"
-                 f" evenly: {_number(best)}"]  # fmt: skip
-    lines.append(f"luck of the search: {_number(luck)}; its fresh seeds were looked at {looks} times")
+    lines = [f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
+             f" {counted} replicates that it never saw",
+             f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
+             " the box",
+             f"luck of the search: {luck:.4g}; its fresh seeds were looked at {looks} times"]  # fmt: skip
     return Fitted(fit, settings, anew, winner, word, share, luck, shares, looks, lines, failures)
-
-
-def _number(value: Any) -> str:
-    return "no value" if value is None else f"{value:.4g}"
 
 
 # Running it.
@@ -395,9 +351,7 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Box, list[str]]:
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
     for again in (False, True):
         plan = sweep_plan.planned(study_of(fit, corners, again=again), seed)
-        if not fit.of_claims and fit.maximise not in (names := [measure.name for measure, _ in plan.measures]):
-            raise UsageError(f"--maximise {fit.maximise}: not measured there; measured are {', '.join(names)}")
-        if fit.of_claims and not plan.claims:
+        if not plan.claims:
             raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
         for claim, _ in plan.claims if plan.things == "trials" else ():
             if min(plan.repeats) < claim.least:
@@ -443,34 +397,33 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
         study = replace(study_of(fit, shown, again=again), replicates=replicates)
         result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources, name)
         failures.extend(result.failures)
-        return results_of(result, fit)
+        return results_of(result)
 
     def table(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.DataFrame:
         own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
         return pl.concat([own, pl.DataFrame(settings), scored(results).drop("setting")], how="horizontal")
 
-    goal = LEAST if fit.of_claims else fit.maximise
     with resources.pool() as pool:
         for number in range(-(-fit.trials // size)):
             asked = ask_for(search, box, outside, (renderings, size // renderings), seed, number)
             shown = [{key: text_of(trial.params[key]) for key in box} for trial in asked]
             results = play(f"search-{number:04d}", shown, seed, fit.study.replicates)
-            for trial, value in zip(asked, scored(results)[goal], strict=True):
-                known = math.isfinite(value)
-                search.tell(trial, value if known else None, None if known else optuna.trial.TrialState.FAIL)
+            for trial, value in zip(asked, scored(results)[LEAST], strict=True):
+                search.tell(trial, value)
             searched = pl.concat([searched, results.with_columns(pl.col("setting") + len(settings))])
             settings += shown
         found = table("search", settings, searched)
         best = best_of(found, fit)
-        chosen: list[Setting] = [settings[place] for place in best] + ([] if fit.of_claims else [{}])
-        anew = play(f"held-out-{len(settings)}", chosen, seed + TEST, fit.held_out, again=True)
+        anew = play(
+            f"held-out-{len(settings)}", [settings[place] for place in best], seed + TEST, fit.held_out, again=True
+        )
         even = spread(box, fit.sample, seed)
         sample = play(f"sample-{fit.sample}", even, seed + SAMPLE, fit.study.replicates)
     looks = len([folder for folder in out.glob("held-out-*") if begun(folder)])
     tables = pl.concat([found, table("sample", even, sample)]), again_table(settings, best, searched, anew)
     fitted = conclude(fit, *tables, importance(search), looks, failures)
-    low, high = (fitted.share.interval if fitted.share else None) or (None, None)
-    counted = fitted.share and {"kept": fitted.share.holds, "of": fitted.share.replicates, "low": low, "high": high}
+    low, high = fitted.share.interval or (None, None)
+    counted = {"kept": fitted.share.holds, "of": fitted.share.replicates, "low": low, "high": high}
     named = ("sentences", "winner", "word", "luck", "looks", "importance", "failures")
     files = Files(out)
     files.write_rows("fit.csv", fitted.settings.to_dicts())

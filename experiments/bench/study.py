@@ -22,8 +22,6 @@ TOGETHER = "all"
 """Id of all claims of a grid, or a fit, together, where there are several."""
 WHOLE = 10
 """Trials of each condition in a whole replicate, as in the paper."""
-SLACK = "slack"
-"""The goal of a fit to claims: the least slack over claims and replicates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +112,7 @@ class Study:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A search for the parameters under which all claims of a study hold, or a measure is largest.
+    """A search for the parameters under which all claims of a study hold.
 
     Parameters
     ----------
@@ -135,13 +133,11 @@ class Fit:
     search_repeats
         Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
         anew always has. Fewer make a search quicker, and its slack rougher.
-    maximise
-        The goal: ``slack``, the least of the claims, or a measure of sweeps.
 
     Raises
     ------
     UsageError
-        The study has axes, measures or several models, or both claims and a measure are asked for.
+        The study has axes, measures or several models.
 
     Examples
     --------
@@ -158,20 +154,12 @@ class Fit:
     sample: int = 64
     held_out: int = 20
     search_repeats: int | None = None
-    maximise: str = SLACK
 
     def __post_init__(self) -> None:
         make_tuples(self, f"fit {self.study.name}", ("over",))
         study = self.study
         if study.axes or study.over or study.measures or study.claim_at or len(study.models) != 1:
             raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
-        if study.claims and not self.of_claims:
-            raise UsageError(f"--maximise {self.maximise}: a measure is fitted to without claims")
-
-    @property
-    def of_claims(self) -> bool:
-        """True if the goal is the slack of claims, and not a measure."""
-        return self.maximise == SLACK
 
 
 def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:

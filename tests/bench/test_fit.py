@@ -1,4 +1,4 @@
-"""Fits: what is planted is found, luck is exposed, a fit resumes; measures, and the box."""
+"""Fits: what is planted is found, luck is exposed, a fit resumes; and the box."""
 
 from __future__ import annotations
 
@@ -81,13 +81,6 @@ EXPERIMENT = OfflineExperiment(
 )
 """
 )
-RIGHTWARD = (
-    PLANTED
-    + """
-SMALL = {"rows": 16, "columns": 24, "motion": "rightward", "duration_s": 0.2, "width": 4.0, "height": 4.0}
-EXPERIMENT = OfflineExperiment("crossing", "a crossing", [Clip("crossing", "plain", SMALL)], models=("crossing.py",))
-"""
-)
 A, B = ("--over", "planted.a=0..1"), ("--over", "planted.b=0..1")
 SPEED = ("--over", "dots.speed=30..90")
 
@@ -96,15 +89,12 @@ SPEED = ("--over", "dots.speed=30..90")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("fit")
     (place / "planted.py").write_text(DOTS)
-    (place / "crossing.py").write_text(RIGHTWARD)
     return place
 
 
 def arguments(folder, out, claims, *more):
-    """The command of a fit to claims, or without any to a measure of the crossing."""
-    file = str(folder / ("planted.py" if claims else "crossing.py"))
-    asked = ["--claims", claims] if claims else []
-    return ["fit", file, "--model", file, *asked, *more, "--out", str(folder / out), "-q"]
+    file = str(folder / "planted.py")
+    return ["fit", file, "--model", file, "--claims", claims, *more, "--out", str(folder / out), "-q"]
 
 
 def fit(folder, out, claims, *more):
@@ -205,27 +195,6 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
 def test_the_fits_that_ship_can_be_made():
     rendered = {name for name in FITS if planned(shipped(name))[1]}
     assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
-
-
-# --- measures ---------------------------------------------------------------------------------------------------------
-
-
-def test_a_planted_optimum_of_a_measure_is_found_without_luck(folder):
-    result = fit(
-        folder, "peak", "", "--maximise", "peak-hs", *A, *B, "--trials", "60", "--sample", "16", "--held-out", "3"
-    )
-    assert abs(float(result["winner"]["planted.a"]) - 0.7) < 0.15
-    assert abs(float(result["winner"]["planted.b"]) - 0.2) < 0.15
-    rows = pl.read_csv(folder / "peak" / "fit.csv").to_dicts()
-    for row in rows:
-        hill = 1.0 - (float(row["planted.a"]) - 0.7) ** 2 - (float(row["planted.b"]) - 0.2) ** 2
-        assert float(row["peak-hs"]) == pytest.approx(hill, abs=1e-5)
-    as_it_is = 1.0 - 0.2**2 - 0.3**2
-    best = max(float(row["peak-hs"]) for row in rows if row["of"] == "search")
-    first, *_, last = table(folder, "peak", "anew.csv")
-    assert float(first["anew"]) == pytest.approx(best, abs=1e-5) and last["planted.a"] == "as it is"
-    assert float(last["anew"]) == pytest.approx(as_it_is, abs=1e-5)
-    assert result["luck"] == pytest.approx(0.0, abs=1e-9), "nothing there is random"
 
 
 # --- the box ----------------------------------------------------------------------------------------------------------

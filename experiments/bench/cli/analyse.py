@@ -147,7 +147,6 @@ def fit(
     share: Annotated[int | None, typer.Option(min=1, help="Settings that share a rendering; otherwise 10.")] = None,
     sample: Annotated[int | None, typer.Option(min=1, help="Settings that fill the box evenly; otherwise 64.")] = None,
     held_out: Annotated[int | None, typer.Option(min=1, help="Replicates that judge the best; otherwise 20.")] = None,
-    maximise: Annotated[str | None, typer.Option(metavar="NAME", help="A measure in place of claims.")] = None,
     repeats: Annotated[int | None, typer.Option(min=1, help="Trials of each condition in search and sample.")] = None,
     replicates: options.Replicates = None,
     seed: options.Seed = 0,
@@ -159,7 +158,7 @@ def fit(
     medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
-    """Search a box of parameters for settings under which all claims hold together, or a measure is largest.
+    """Search a box of parameters for settings under which all claims hold together.
 
     The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
     The share of the box in which all holds comes from settings that fill it evenly. Needs Optuna: the extra [fit].
@@ -173,11 +172,11 @@ def fit(
     from experiments.studies import FITS
 
     numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
-                               "search_repeats": repeats, "maximise": maximise}  # fmt: skip
+                               "search_repeats": repeats}  # fmt: skip
     given = {name: value for name, value in numbers.items() if value is not None}
     if experiment in FITS:
-        if over or claims or assignments or model or maximise:
-            raise UsageError(f"{experiment}: its box, goal, model and settings are written down in its file")
+        if over or claims or assignments or model:
+            raise UsageError(f"{experiment}: its box, claims, model and settings are written down in its file")
         asked = shipped(experiment)
         study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
         asked = dataclasses.replace(asked, study=study, **given)

@@ -1,4 +1,4 @@
-"""Fits as figures and on the terminal: the goal over each parameter, and the best settings judged again."""
+"""Fits as figures and on the terminal: the least slack over each parameter, and the best settings judged again."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from experiments.bench.report import style, terminal
 
 SHOWN = 5
-"""Parameters that are drawn, of those on which the goal turns most, and settings that are printed."""
+"""Parameters that are drawn, of those on which the slack turns most, and settings that are printed."""
 
 
 def draw(fitted: Any) -> Figure:
     """Draw a fit, an `experiments.Fitted`: a panel for each parameter, and one for the settings judged again."""
-    shares, goal = fitted.importance, fitted.goal
+    shares = fitted.importance
     keys = sorted(fitted.winner, key=lambda key: -shares.get(key, 0.0))[:SHOWN]
     anew = fitted.anew.filter(name=fitted.anew["name"][0]).reverse().with_row_index("place")
     with style.look():
@@ -28,26 +28,20 @@ def draw(fitted: Any) -> Figure:
             for of, mark in (("search", "o"), ("sample", "s")):
                 own = fitted.settings["of"] == of
                 x = (texts if numbers.null_count() else numbers).filter(own).to_list()
-                panel.plot(x, fitted.settings[goal].filter(own), mark, ms=2.5, alpha=0.6, label=of)
+                panel.plot(x, fitted.settings["least slack"].filter(own), mark, ms=2.5, alpha=0.6, label=of)
             panel.set_xlabel(f"{key} ({shares.get(key, 0.0):.0%})")
-        panels[0].set_ylabel(goal)
+        panels[0].set_ylabel("least slack")
         panels[0].legend(fontsize=style.SMALL, frameon=False)
-        value = pl.col("kept") / pl.col("replicates") if fitted.fit.of_claims else pl.col("anew")
-        known = anew.with_columns(value=value).drop_nulls("value")
+        value = pl.col("kept") / pl.col("replicates")
+        known = anew.with_columns(value=value)
         style.intervals(again, known, known["place"], ("value", "low", "high"), ms=4, color=style.INK)
-        again.set_yticks(anew["place"], [AS_IS if number is None else f"no. {number}" for number in anew["number"]])
-        if fitted.fit.of_claims:
-            again.set_xlim(-0.02, 1.02)
-        else:
-            again.plot(anew["in the search"], anew["place"], "|", color=style.HUES[1], ms=9)
-        again.set_xlabel("share that keeps every claim" if fitted.fit.of_claims else goal)
+        again.set_yticks(anew["place"], [f"no. {number}" for number in anew["number"]])
+        again.set_xlim(-0.02, 1.02)
+        again.set_xlabel("share that keeps every claim")
         style.headline(figure, fitted.sentences[0])
-        style.caption(figure, "In brackets: how much of the goal a parameter decides (PED-ANOVA). Last panel: the best"
+        style.caption(figure, "In brackets: how much of the slack a parameter decides (PED-ANOVA). Last panel: the best"
                               " settings on fresh seeds; whiskers: 95 % interval.")  # fmt: skip
     return figure
-
-
-AS_IS = "as it is"
 
 
 def show(fitted: Any, folder: Path) -> None:
@@ -55,6 +49,6 @@ def show(fitted: Any, folder: Path) -> None:
     for line in fitted.sentences:
         terminal.show_line(line, 4)
     best = fitted.anew["number"].unique(maintain_order=True)[:SHOWN]
-    shown = fitted.anew.filter(pl.col("number").is_in(best.implode()) | pl.col("number").is_null())
+    shown = fitted.anew.filter(pl.col("number").is_in(best.implode()))
     terminal.show(shown, f"judged again, the first {SHOWN} (anew.csv has all)")
     terminal.show_places({"figure": folder / "fit.png", "settings": folder / "fit.csv", "anew": folder / "anew.csv"})
