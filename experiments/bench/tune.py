@@ -172,13 +172,15 @@ def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str]
 def run(
     plan: Plan, out: Path, workers: Workers, resources: Resources
 ) -> tuple[pl.DataFrame, list[dict[str, Any]], list[Failure]]:
-    """Show the clips that the folder ``out`` lacks, and write ``tuning.csv`` and ``preferences.csv`` there.
+    """Show the clips that the folder ``out`` lacks; write ``tuning.csv``, ``preferences.csv`` and a figure a family.
 
     Returns
     -------
     points, preferences, failures
         A table of `curves.points_schema`, the `preferences` of each model, and what failed.
     """
+    from experiments.bench.report import style, tuning  # not before: workers do without matplotlib
+
     changed = differing(plan.models, offline=True)
     trials = [trial for *_, trial in plan.trials()]
     description = {
@@ -194,20 +196,10 @@ def run(
         if rows:
             folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())
             folder.write_rows("preferences.csv", pl.DataFrame(rows, infer_schema_length=None).drop(RANGES).to_dicts())
+        for family in plan.families:
+            if len(own := points.filter(curve=family.name)):
+                style.save(tuning.draw(family, own, changed), out / family.name)
     return points, rows, failures
-
-
-def draw(plan: Plan, folder: Path, points: pl.DataFrame, preferences: Sequence[Mapping[str, Any]]) -> list[Path]:
-    """Write a figure for each family of which there are points; return the pictures."""
-    from experiments.bench.report import style, tuning  # not before: workers do without matplotlib
-
-    changed = differing(plan.models, offline=True)
-    own = [(family, points.filter(pl.col("curve") == family.name)) for family in plan.families]
-    return [
-        style.save(tuning.draw(family, table, preferences, changed), folder / family.name)
-        for family, table in own
-        if len(table)
-    ]
 
 
 def responses(plan: Plan, frames: pl.DataFrame) -> pl.DataFrame:

@@ -118,11 +118,13 @@ def test_a_linear_emd_points_where_the_motion_goes():
 
 
 def test_tables_read_back(tmp_path):
-    plan = tune.plan(["dsnn", "lgmd1"], ["size", "disc"], [], 0)
+    plan = tune.plan(["dsnn", "lgmd1"], ["size", "disc", "direction"], [], 0)
     with open_workers(0) as pool:
         points, preferences, failures = tune.run(plan, tmp_path, pool, Resources(0, quiet=True))
-    assert not failures and len(tune.draw(plan, tmp_path, points, preferences)) == 2
-    read = pl.DataFrame(pl.read_csv(tmp_path / "tuning.csv").to_dicts())
+    assert not failures and {path.stem for path in tmp_path.glob("*.png")} == {"size", "disc", "direction"}
+    read = pl.DataFrame(
+        pl.read_csv(tmp_path / "tuning.csv", infer_schema_length=None).to_dicts(), infer_schema_length=None
+    )
     assert read.rows() == points.drop("x", "y").rows()
     assert read["size_px"].to_list() == [x if c == "size" else None for c, x in points["curve", "x"].rows()]
     rows = pl.read_csv(tmp_path / "preferences.csv").to_dicts()

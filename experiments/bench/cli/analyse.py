@@ -253,8 +253,7 @@ def tune(
     plan = curves.plan(models, curve or (), assignments or (), seed)
     folder, means = options.results_folder(out, "tune"), options.resources(workers, cluster, quiet)
     with means.pool(rendering=False) as pool:
-        points, preferences, failures = curves.run(plan, folder, pool, means)
-    curves.draw(plan, folder, points, preferences)
+        _, preferences, failures = curves.run(plan, folder, pool, means)
     if not quiet:
         tuning.show(preferences)
         show_files(folder, count(len(models), "model"))
