@@ -41,7 +41,6 @@ from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import EACH_TRIAL, PAPER, claim_ids, claims_on, find_claim, words
 from experiments.bench.stats.count import LEAST_JUDGED, count
-from experiments.bench.stats.tests import proportion_interval
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.study import WHOLE, Study, shipped
 from experiments.bench.sweep import Sweep
@@ -117,11 +116,6 @@ class Scale:
     steps: int | None = None
     offline: tuple[str, ...] = OFFLINE
     onboard: bool = False
-
-    @property
-    def name(self) -> str:
-        """Return what a replicate with the robot is called: one with fewer repeats than the paper's is a short one."""
-        return "replicate" if self.repeats >= WHOLE else "short replicate"
 
 
 QUICK = Scale(2, EACH_TRIAL, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
@@ -357,7 +351,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
         Workers, or a cluster.
     """
     if not resources.quiet:
-        error_console.print(f"{plans.amount()}, {resources.where()}, into {folder}", soft_wrap=True, markup=False)
+        error_console.print(f"{plans.amount()}, {resources.where()}, into {folder}")
     begin_whole(folder, "reproduction")
     counts, failures = {}, {}
     with resources.pool() as pool:
@@ -389,7 +383,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
         studies.append(onboard(plans, every, counts[SENSITIVITY]))
     paper = verdicts(every, shows)
     own = [verdict for report in played for verdict in report.verdicts]
-    readings = list(other_readings(every, shows, list(counts.values()), plans.scale.name))
+    readings = list(other_readings(every, shows, list(counts.values())))
     result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, clips, played, studies, failures)
     _write(result)
     return result
@@ -486,25 +480,8 @@ def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
     return {claim: judge(claim, together) for claim in claim_ids(PAPER) if _about_the_robot(claim)}
 
 
-def rate(claim: str, whole: Outcome) -> str:
-    """Say which share of all trials breaks a claim about every single one; empty of other claims.
-
-    Parameters
-    ----------
-    claim
-        The claim's id.
-    whole
-        The claim on the trials of all replicates.
-    """
-    if whole.broken is None or not find_claim(claim, "robot").of_each or not whole.n:
-        return ""
-    low, high = proportion_interval(whole.broken, whole.n)
-    share = f"{whole.broken / whole.n:.1%} (exact 95 % interval {low:.1%} to {high:.1%})"
-    return f"{whole.broken} of {whole.n} trials break it, {share}"
-
-
 def other_readings(
-    every: Sequence[Replicate], shows: Sequence[Shown], moved: Sequence[Sweep], name: str = "replicate"
+    every: Sequence[Replicate], shows: Sequence[Shown], moved: Sequence[Sweep]
 ) -> Iterator[dict[str, str]]:
     """Yield what claims came to under other readings of the paper than those taken, as far as any was run.
 
@@ -514,8 +491,6 @@ def other_readings(
         The experiments with the robot in each replicate, and the off-line ones.
     moved
         The studies of sensitivity, whose levels have the names of the other readings.
-    name
-        What a replicate with the robot is called.
 
     Yields
     ------
@@ -539,7 +514,7 @@ def other_readings(
                 elif reading == WINDOW:
                     outcomes = [judge("C29", part) for part in every]  # C29 says the same of one time window
                 if outcomes:
-                    held = count(outcome.verdict for outcome in outcomes).sentence(name)
+                    held = count(outcome.verdict for outcome in outcomes).sentence()
                     came_to = f"{held}; decided by: {outcomes[0].deciding}"
                     yield {"reading": reading, "claim": claim, "under": other, "came_to": came_to}
 

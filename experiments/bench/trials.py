@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -34,7 +34,6 @@ from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
-from experiments.bench.stats.checks import is_number
 from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.stats.tests import holm, paired, summary_rows
 from experiments.bench.stats.verdict import Verdict
@@ -321,7 +320,7 @@ def conclude(plan: Plan, folder: RunFolder) -> Run:
 
 def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
-    claims, note = [find_claim(claim, "robot") for claim in plan.experiment.claims], driven_in_words(rows)
+    claims = [find_claim(claim, "robot") for claim in plan.experiment.claims]
     asked: list[tuple[Claim, str, float | None, Sequence[Any]]] = [
         (claim, model.label, model.threshold, [row for row in rows if row["model"] == model.label])
         for model in plan.settings.models
@@ -335,7 +334,7 @@ def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> l
         lost = sum(failure.model in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
         verdict = Verdict.of(claim, [judged], model=label, experiment=plan.experiment.name)
-        verdicts.append(dataclasses.replace(verdict, outcome=judged.noting([failed, note])))
+        verdicts.append(dataclasses.replace(verdict, outcome=judged.noting([failed])))
     return verdicts
 
 
@@ -374,14 +373,3 @@ def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
     for row, p in zip(table, holm([row["p"] for row in table]), strict=True):
         row["p_holm"] = p
     return table
-
-
-def driven_in_words(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Say in a few words how the stimulus drove, for a verdict; empty where no trial was driven open loop."""
-    chosen = [row for row in rows if row.get("drive") == "open"]
-    speeds = [row for row in chosen if is_number(row["achieved_speed_cm_s"])]
-    if not chosen:
-        return ""
-    off = max((abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1) for row in speeds), default=0.0)
-    drift = max(abs(row["drift_mm"]) for row in chosen)
-    return f"stimulus driven open loop: speed off by up to {off:.1%}, drift up to {drift:.1f} mm"

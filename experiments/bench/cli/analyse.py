@@ -47,7 +47,7 @@ def reproduce(
     """
     from experiments.bench import reproduce as whole
     from experiments.bench.report import page
-    from experiments.bench.report.terminal import out_console, show_files, show_verdict
+    from experiments.bench.report.terminal import out_console, show_files, show_verdicts
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.settings import check_counts
     from experiments.bench.stats.count import totals
@@ -64,8 +64,7 @@ def reproduce(
     )
     page.write(result)
     if not quiet:
-        for verdict in (*result.claims, *result.own_claims):
-            show_verdict(verdict, model=False)
+        show_verdicts((*result.claims, *result.own_claims))
         out_console.print(f"\n{'; '.join(totals([(verdict.id, verdict.count) for verdict in result.claims]))}\n")
         show_files(folder, "reproduction")
     return options.EXIT_FAILED if any(result.failures.values()) else 0
@@ -126,13 +125,12 @@ def _names(text: str | None) -> list[str] | None:
 
 def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
     """Judge the claims of models' own papers, and show them."""
-    from experiments.bench.report.terminal import count, show_files, show_verdict
+    from experiments.bench.report.terminal import count, show_files, show_verdicts
     from experiments.bench.reproduce import judge_models
 
     verdicts, failures = judge_models(folder, names, seed, means)
     if not means.quiet:
-        for verdict in verdicts:
-            show_verdict(verdict, model=True)
+        show_verdicts(verdicts, model=True)
         show_files(folder, count(len(verdicts), "claim"))
     return options.EXIT_FAILED if failures else 0
 
@@ -209,7 +207,7 @@ def leaderboard(
     """
     from experiments.bench import leaderboard as board
     from experiments.bench.report import scoreboard
-    from experiments.bench.report.terminal import count, show_files, show_line
+    from experiments.bench.report.terminal import count, out_console, show_files
     from experiments.bench.run.models import COMPARED, shown_models
 
     planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
@@ -218,7 +216,7 @@ def leaderboard(
     if not quiet:
         for name, table in boards.items():
             scoreboard.show(table, board.measures(table), f"Ranked by {name}")
-            show_line(f"{board.NOTE} Empty: does not apply, or no response.")
+            out_console.print(f"{board.NOTE} Empty: does not apply, or no response.")
         show_files(folder, count(sum(table.height for table in boards.values()), "model"))
     return options.EXIT_FAILED if failures else 0
 

@@ -22,12 +22,12 @@ def new(
 
     Nothing is overwritten.
     """
-    from experiments.bench.report.terminal import show_line
+    from experiments.bench.report.terminal import out_console
 
     path = write(kind, name, Path())
     summary, command = KINDS[kind]
-    show_line(f"{path}: {summary}. Try it as it is:", 4)
-    show_line(f"colias {command} {path}", 4)
+    out_console.print(f"{path}: {summary}. Try it as it is:")
+    out_console.print(f"colias {command} {path}")
     return 0
 
 
@@ -49,14 +49,14 @@ def check(
     """
     from experiments.bench.check import SHAPE, try_laws
     from experiments.bench.leaderboard import time_models
-    from experiments.bench.report.terminal import count, out_console, show_line
+    from experiments.bench.report.terminal import count, out_console
 
     label, laws, subject = _subject(model)
     troubles = try_laws(laws, subject)
     for law, trouble in troubles.items():
         *_, last = trouble.split("\n")  # of a traceback what was raised
         verdict = f"broken: {last}" if trouble else f"kept: {str(law.__doc__).splitlines()[0]}"
-        show_line(f"{law.__name__:<13}{verdict}", 13)
+        out_console.print(f"{law.__name__:<13}{verdict}")
     for traceback in {text.splitlines()[-1]: text for text in troubles.values() if "\n" in text}.values():
         out_console.print(traceback, soft_wrap=True)
     if hasattr(subject, "network") and (taken := time_models([subject], SHAPE).get(label)):

@@ -186,10 +186,10 @@ def doctor() -> int:
     from rich.text import Text
 
     from experiments.bench.doctor import examine
-    from experiments.bench.report.terminal import show_line
+    from experiments.bench.report.terminal import out_console
 
     colours, missing = {"ok": "green", "optional": "yellow", "missing": "red"}, False
     for state, name, message in examine():
         missing |= state == "missing"
-        show_line(Text.assemble((f"{state:<10}", colours[state]), f"{name:<20}{message}"), 30)
+        out_console.print(Text.assemble((f"{state:<10}", colours[state]), f"{name:<20}{message}"))
     return options.EXIT_FAILED if missing else 0

@@ -149,7 +149,7 @@ def behave(
     from colias_sim.envs import ENVS
     from experiments.bench import behave as behaving
     from experiments.bench.report import behaviours
-    from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
+    from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
 
     plan = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
     folder = options.results_folder(out, f"behave-{Path(names[0]).stem}")
@@ -159,8 +159,8 @@ def behave(
     if not quiet and report.done:
         behaviours.show(report.summary, behaviours.caption(plan.env, plan.options, plan.episodes, plan.seed))
         if note := ENVS[plan.env].note:
-            show_line(note)
-        show_verdicts(report.verdicts, model=False)
+            out_console.print(note)
+        show_verdicts(report.verdicts)
         show_files(folder, count(report.trials.height, "episode"))
     return options.EXIT_FAILED if report.failures.height else 0
 

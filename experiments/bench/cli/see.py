@@ -170,7 +170,7 @@ def list_names(
     parameters: every key of --set, with its default, bounds, unit and meaning. runs: when each was begun, its
     experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
     """
-    from experiments.bench.report.terminal import out_console, show_line
+    from experiments.bench.report.terminal import out_console
     from experiments.bench.run.errors import UsageError
     from scenes.hints import nearest
 
@@ -183,7 +183,7 @@ def list_names(
     for heading in KINDS if kind is None else (kind,):
         out_console.print(heading, style="b")
         for name, summary in _names(heading).items():
-            show_line(f"  {name:<20}{summary}", 22)
+            out_console.print(f"  {name:<20}{summary}")
     return 0
 
 
@@ -242,7 +242,7 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
 
     from dsnn.stimuli import STIMULI
     from experiments.bench import registry
-    from experiments.bench.report.terminal import show_line
+    from experiments.bench.report.terminal import out_console
     from experiments.bench.run.models import shown_models
     from experiments.bench.run.settings import described
     from experiments.bench.run.user_code import declares, is_file
@@ -262,8 +262,8 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
     for row in rows:
         notes = "; ".join(filter(None, (row.legal, row.unit and f"in {row.unit}")))
         legal = f"  ({notes})" if notes else ""
-        show_line(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")), 8)
-        show_line(f"    {row.description}", 4)
+        out_console.print(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")))
+        out_console.print(f"    {row.description}")
     return 0
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import polars as pl
 
 from experiments.bench.report import terminal
-from experiments.bench.report.terminal import count, out_console, show_files, show_line, show_verdicts
+from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
 from experiments.bench.result import Run, whole_networks
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.models import counted_channel
@@ -42,7 +42,7 @@ def show(run: Run) -> None:
         if not any(row[end] for row in seen for end in PEAKS):
             greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
             range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
-            show_line(f"{model} is silent: all its potentials are 0{range_of}")
+            out_console.print(f"{model} is silent: all its potentials are 0{range_of}")
     if rows and not clips and run.comparisons.height:
         names = [name for name in varying(rows, run.description["experiment"]["varies"]) if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]

@@ -71,7 +71,7 @@ def show(plan: WatchPlan, run: Run) -> None:
     import polars as pl
 
     from experiments.bench.report import terminal
-    from experiments.bench.report.terminal import count, show_files, show_line, show_verdicts
+    from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
     from experiments.bench.sources.motion import GAP_S, LEAST_FRAMES, LEVEL
 
     if not run.done:
@@ -80,7 +80,7 @@ def show(plan: WatchPlan, run: Run) -> None:
     rate = f"{source.rate:g} frames/s" if source.rate else "no rate of its own"
     (width, height), (columns, lines), frames = source.own_size, source.size, rows[0]["frames"]
     shown = f"{frames} frames, {rows[0]['seconds']:.1f} s, seen at {columns}x{lines}"
-    show_line(f"{source.label()}: {width}x{height}, {rate}; {shown}")
+    out_console.print(f"{source.label()}: {width}x{height}, {rate}; {shown}")
     about = f"motion over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
     terminal.show(run.summary, about if run.summary.height else f"{about}: none")
     models = {model.label: model for model in plan.models}

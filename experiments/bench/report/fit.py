@@ -47,7 +47,7 @@ def draw(fitted: Any) -> Figure:
 def show(fitted: Any, folder: Path) -> None:
     """Print the result, the settings judged again, and where everything is."""
     for line in fitted.sentences:
-        terminal.show_line(line, 4)
+        terminal.out_console.print(line)
     best = fitted.anew["number"].unique(maintain_order=True)[:SHOWN]
     shown = fitted.anew.filter(pl.col("number").is_in(best.implode()))
     terminal.show(shown, f"judged again, the first {SHOWN} (anew.csv has all)")

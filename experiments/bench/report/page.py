@@ -13,7 +13,7 @@ from colias_sim.gl import is_software
 from colias_sim.reference import KNOWN
 from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
-from experiments.bench.reproduce import FULL, Reproduction, rate
+from experiments.bench.reproduce import FULL, Reproduction
 from experiments.bench.result import Run, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import RENDERERS, read_description
@@ -81,17 +81,15 @@ def verdicts(result: Reproduction) -> pl.DataFrame:
         or was not judged (``why``), its ``evidence`` (headings and texts), and the ``figures`` that show
         it. Claims that fail come first, by ``group``.
     """
-    name = result.plans.scale.name
-    rows = [_row(claim, result, name) for claim in result.claims]
-    rows += [_row(claim, result, "replicate") for claim in result.own_claims]
+    rows = [_row(claim, result) for claim in (*result.claims, *result.own_claims)]
     order = pl.col("group").replace_strict({group: place for place, group in enumerate(GROUPS)})
     return pl.DataFrame(rows, infer_schema_length=None).sort(order, maintain_order=True)
 
 
-def _row(claim: Verdict, result: Reproduction, name: str) -> dict[str, Any]:
+def _row(claim: Verdict, result: Reproduction) -> dict[str, Any]:
     count = claim.count
     broken = count.fails and count.word != "holds"
-    held = count.sentence(name) if claim.experiment else "not judged"
+    held = count.sentence() if claim.experiment else "not judged"
     return {
         "group": GROUPS[2 if count.kind == "unjudged" else 0 if broken else 1],
         "id": claim.id, "title": title_of(claim), "kind": count.kind, "sign": SIGNS[count.kind],
@@ -118,7 +116,7 @@ def why(claim: Verdict) -> str:
 
 def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
     """Return everything that is known of a claim: heading -> text, empty where there is nothing."""
-    asked, count, outcome, name = words(claim.id), claim.count, claim.outcome, result.plans.scale.name
+    asked, count, outcome = words(claim.id), claim.count, claim.outcome
     whole, again, (experiment, drawn) = result.pooled.get(claim.id), outcome.equal, asked.mechanism
     evidence = {
         "The claim": f"{claim.says} ({claim.source})" if claim.source else claim.says,
@@ -133,8 +131,7 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
             "Measured in replicate 0": "; ".join(filter(None, (outcome.measured, outcome.effect))),
             "Interval": share if count.interval else "",
             "All replicates together": f"{whole.verdict}: {whole.measured}" if whole and count.replicates > 1 else "",
-            "Rate": rate(claim.id, whole) if whole else "",
-            "The DSNN's half": f"{asked.of_dsnn}: {count.half.sentence(name)}" if count.half else "",
+            "The DSNN's half": f"{asked.of_dsnn}: {count.half.sentence()}" if count.half else "",
             "What was tried": "" if count.word == "holds" or not count.fails else asked.tried,
             "Mechanism": f"{experiment}: {drawn}" if experiment else "",
         }
@@ -142,7 +139,7 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
             terms = claims_on("clips")[claim.id].equal_terms.items()
             rivals = ", ".join(f"{equal} for {label}" for label, equal in terms)
             evidence["On equal terms"] = (
-                f"{rivals}: {claim.equal.sentence(name)}; replicate 0, {again.verdict}: {again.deciding}"
+                f"{rivals}: {claim.equal.sentence()}; replicate 0, {again.verdict}: {again.deciding}"
             )
     chosen = ", ".join(reading for reading in used_to_choose(claim.id) if reading in CHOSEN_FOR)
     other, constants = compares_with(claim.id), [

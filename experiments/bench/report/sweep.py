@@ -177,7 +177,7 @@ def show(result: Any, folder: Path) -> None:
         cells[row.get("claim") or row["measure"]] = shown(row)[1] if "claim" in row else row["value"]
     judged = f"Claims: in how many of {plan.study.replicates} replicates they hold" if result.counts.height else ""
     terminal.show(pl.DataFrame(list(rows.values()), infer_schema_length=None), judged)
-    terminal.show_line(finding(result))
+    terminal.out_console.print(finding(result))
     for title, further in result.tables.items():
         terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
     terminal.show_places({"figure": folder / f"{plan.study.name}.png", "table": folder / "counts.csv"})

@@ -5,25 +5,19 @@ The time left is estimated from a run's own first jobs, on this machine.
 
 from __future__ import annotations
 
-import os
-import re
 import shlex
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.cells import cell_len
 from rich.console import Console
-from rich.measure import Measurement
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from experiments.bench.stats.count import Count, Kind
+from experiments.bench.stats.count import Kind
 from experiments.bench.stats.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -33,26 +27,11 @@ BEGAN = time.monotonic()
 """When the command began, nearly."""
 LINE_EVERY_S = 60.0
 """Seconds between lines of progress where there is no terminal to draw a bar on."""
-MINUTES_FROM_S = 150.0
-
-PIPE_WIDTH = 100
-"""Columns of tables and sentences where there is no terminal, and ``COLUMNS`` does not say how many there are."""
-INDENT = 4
-"""Columns by which the other lines of a verdict are moved in."""
 
 
-class _Console(Console):
-    """Prints texts as they are: brackets in them are no markup. What has a style is a `rich.text.Text`."""
-
-    def __init__(self, *, stderr: bool = False) -> None:
-        stream = sys.stderr if stderr else sys.stdout
-        known = "COLUMNS" in os.environ or (stream is not None and stream.isatty())
-        width = None if known else PIPE_WIDTH
-        super().__init__(stderr=stderr, highlight=False, emoji=False, markup=False, width=width)
-
-
-out_console = _Console()
-error_console = _Console(stderr=True)
+out_console = Console(soft_wrap=True, highlight=False, emoji=False, markup=False)
+error_console = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False, markup=False)
+"""They print texts as they are: the terminal breaks lines, and brackets are no markup."""
 
 VERDICT_COLOURS: Mapping[Kind, str] = {
     "holds": "green",
@@ -68,45 +47,22 @@ def count(number: int, thing: str) -> str:
     return f"{number} {thing}{'s' * (number != 1)}"
 
 
-def coloured(count: Count) -> Text:
-    """Return a claim's word, or its count without one, in its colour."""
-    return Text(count.label, VERDICT_COLOURS[count.kind])
-
-
-def show_line(line: str | Text, indent: int = 0) -> None:
-    """Print a line, broken between words; its other lines begin ``indent`` to the right."""
-    line = Text(line) if isinstance(line, str) else line
-    starts, room = [0], out_console.width
-    for word in re.finditer(r"\S+", line.plain):
-        before = line.plain[starts[-1] : word.start()]
-        if before.strip() and cell_len(before) + cell_len(word[0]) > room:
-            starts.append(word.start())
-            room = out_console.width - indent
-    for place, (start, end) in enumerate(pairwise([*starts, len(line)])):
-        part = line[start:end]
-        part.rstrip()
-        out_console.print(Text.assemble(" " * indent if place else "", part), soft_wrap=True)
-
-
-def show_table(table: Table) -> None:
-    """Print a table below its title; its words stay whole, also where the terminal is too narrow for it."""
-    if table.title:
-        show_line(Text(str(table.title), "italic"))
-        table.title = None
-    for column in table.columns:
-        cells = (column.header, *column.cells)
-        column.min_width = max(Measurement.get(out_console, out_console.options, cell).minimum for cell in cells)
-    out_console.print(table, crop=False)
-
-
 def show(rows: pl.DataFrame, title: str = "") -> None:
-    """Print a table: numbers right of texts, large ones with separators, blank what is null."""
-    table = Table(title=title or None, title_justify="left", box=None, header_style="bold", pad_edge=False)
+    """Print a table below its title: numbers right of texts, large ones with separators, blank what is null.
+
+    Words stay whole, also where the terminal is too narrow for the table.
+    """
+    if title:
+        out_console.print(Text(title, "italic"))
+    table = Table(box=None, header_style="bold", pad_edge=False)
     for name, kind in rows.schema.items():
         table.add_column(name, justify="right" if kind.is_numeric() else "left")
     for row in rows.rows():
         table.add_row(*map(_text, row))
-    show_table(table)
+    for column in table.columns:
+        words = " ".join(map(str, (column.header, *column.cells))).split()
+        column.min_width = max(map(len, words))
+    out_console.print(table)
 
 
 def _text(cell: object) -> str:
@@ -117,56 +73,32 @@ def _text(cell: object) -> str:
     return "" if cell is None else f"{cell:,.0f}" if isinstance(cell, int | float) else str(cell)
 
 
-def show_verdicts(verdicts: Iterable[Verdict], *, model: bool, provenance: str = "") -> None:
-    """Print verdicts, a sentence each; those on too few trials together, with the option that helps.
-
-    Parameters
-    ----------
-    verdicts
-        The verdicts.
-    model, provenance
-        As of `show_verdict`.
-    """
-    skipped: dict[str, int] = {}
-    for verdict in verdicts:
-        if verdict.outcome.least:
-            skipped[verdict.id] = verdict.outcome.least
-        else:
-            show_verdict(verdict, model=model, provenance=provenance)
-    if skipped:
-        names, most = ", ".join(skipped), max(skipped.values())
-        show_line(f"{count(len(skipped), 'claim')} skipped ({names}): need --repeats {most} or more", INDENT)
-
-
-def show_verdict(verdict: Verdict, *, model: bool, provenance: str = "") -> None:
-    """Print a verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
+def show_verdicts(verdicts: Iterable[Verdict], *, model: bool = False, provenance: str = "") -> None:
+    """Print each verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
 
     What else was measured stands in ``claims.json``.
 
     Parameters
     ----------
-    verdict
-        The verdict.
+    verdicts
+        The verdicts.
     model
-        Whether to name the model that it is about.
+        Whether to name the model that each is about.
     provenance
         Where the trials come from; empty where they are simulated.
     """
     from experiments.bench.stats.claim import title_of  # not before: it loads every claim
 
-    who = f" ({verdict.model})" if model and verdict.model else ""
-    count, origin = verdict.count, f" [{provenance}]" if provenance else ""
-    label, sentence = coloured(count), count.sentence()
-    if count.kind == "counted":
-        label.plain, held = sentence, ""
-    else:
-        held = f" ({re.sub('^(held|failed|not judged)[;,] ', '', sentence)})"
-    first = "replicate 0: " if count.replicates > 1 else ""
-    told = [title_of(verdict), f"{first}{verdict.outcome.deciding}"]
-    if verdict.equal is not None and verdict.outcome.equal is not None:
-        told.append(f"on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}")
-    line = Text.assemble((verdict.id, "b"), f"{who} ", label, held, origin, f": {'; '.join(told)}")
-    show_line(line, INDENT)
+    for verdict in verdicts:
+        count = verdict.count
+        who = f" ({verdict.model})" if model and verdict.model else ""
+        origin = f" [{provenance}]" if provenance else ""
+        held = f"; {count.sentence()}" if count.judged else ""
+        told = f"{title_of(verdict)}{held}; {verdict.outcome.deciding}"
+        if verdict.equal is not None and verdict.outcome.equal is not None:
+            told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
+        label = Text(count.label, VERDICT_COLOURS[count.kind])
+        out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {told}"))
 
 
 def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
@@ -184,7 +116,7 @@ def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
     """
     lines = dict.fromkeys(f"claim {claim}: {trouble}" for claim, trouble in judged if trouble)
     for line in lines:
-        error_console.print(line, soft_wrap=True, markup=False)
+        error_console.print(line)
     return bool(lines)
 
 
@@ -201,13 +133,13 @@ def show_files(folder: Path, done: str) -> None:
     if any(folder.glob("recordings/*.rrd")):
         show_places({"recordings": f"colias view {shlex.quote(str(folder))}"})
     names = sorted(path.name for path in folder.iterdir() if path.suffix and not path.name.startswith("."))
-    out_console.print(f"{done} in {time.monotonic() - BEGAN:.0f} s, in {folder}: {', '.join(names)}", soft_wrap=True)
+    out_console.print(f"{done} in {time.monotonic() - BEGAN:.0f} s, in {folder}: {', '.join(names)}")
 
 
 def show_places(places: Mapping[str, object]) -> None:
     """Print where results are: a line for each name and path."""
     for name, place in places.items():
-        out_console.print(f"{name:<12}{place}", soft_wrap=True, markup=False)
+        out_console.print(f"{name:<12}{place}")
 
 
 @contextmanager
@@ -234,10 +166,9 @@ def progress(
     callable
         To be called with the size of each job that is finished, 1 by default.
     """
-    size = float(total if whole is None else whole)
-    bars = BarColumn(complete_style="cyan", finished_style="green", pulse_style="cyan")
-    columns = (TextColumn("{task.description}", markup=False), bars, TextColumn("{task.fields[left]}"))
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"))
     bar = Progress(*columns, console=error_console, transient=True, disable=quiet or not error_console.is_terminal)
+    size = float(total if whole is None else whole)
     began_s = shown_s = time.monotonic()
     done, amount = 0, 0.0
     with bar:
@@ -246,11 +177,11 @@ def progress(
         def advance(more: float = 1.0) -> None:
             nonlocal done, amount, shown_s
             done, amount, now_s = done + 1, amount + more, time.monotonic()
-            left_s = max(size - amount, 0.0) * (now_s - began_s) / amount
-            left = f"about {left_s:.0f} s left" if left_s < MINUTES_FROM_S else f"about {left_s / 60:.0f} min left"
-            bar.update(task, advance=more, left=f"{done} of {total}, {left}")
+            left_min = max(size - amount, 0.0) * (now_s - began_s) / amount / 60.0
+            left = f"{done} of {total}, about {left_min:.1f} min left"
+            bar.update(task, advance=more, left=left)
             if bar.disable and not quiet and done < total and now_s - shown_s > LINE_EVERY_S:
                 shown_s = now_s
-                error_console.print(f"{done} of {total} {things}, {left}", markup=False)
+                error_console.print(f"{name}: {things}: {left}")
 
         yield advance

@@ -117,10 +117,10 @@ def show(preferences: Sequence[Row]) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
     cells = pl.DataFrame([{name: _cell(row, name) for name in row if not name.endswith(ENDS)} for row in preferences])
     terminal.show(cells.select(pl.col(name) for name in cells.columns if set(cells[name]) != {"-"}))
-    terminal.show_line(NOTE)
+    terminal.out_console.print(NOTE)
     for row in preferences:
         if row["not_defined"]:
-            terminal.show_line(f"{row['model']}: not defined: {row['not_defined']}", 4)
+            terminal.out_console.print(f"{row['model']}: not defined: {row['not_defined']}")
 
 
 def _cell(row: Row, name: str) -> str:

@@ -10,7 +10,6 @@ from experiments.bench.sources.judge import SIGNED
 from experiments.bench.sources.judge import judge as outcome
 from experiments.bench.stats.claim import POTENTIALS, claims_on, find_claim
 from experiments.bench.stats.count import Count
-from experiments.bench.stats.tests import proportion_interval
 from tests.bench.robot.test_judges import enough as trials_of
 from tests.helpers import clip_rows
 from tests.helpers.clip_rows import enough
@@ -174,13 +173,9 @@ def test_the_count_has_replicate_0_and_the_rate_all_trials():
     verdicts = {claim.id: claim for claim in reproduce.verdicts(every(cases, rows), [])}
     c13, whole = verdicts["C13"], reproduce.pooled(every(cases, rows))
     assert (c13.outcome.verdict, c13.count) == ("fails", Count(2, 1))
-    low, high = proportion_interval(1, 60)
-    share = reproduce.rate("C13", whole["C13"])
-    assert share == f"1 of 60 trials break it, 1.7% (exact 95 % interval {low:.1%} to {high:.1%})"
-    assert whole["C13"].verdict == "fails"
+    assert (whole["C13"].verdict, whole["C13"].broken, whole["C13"].n) == ("fails", 1, 60)
     assert c13.outcome.n == 20, "the straight trials of replicate 0, of three experiments"
     assert c13.experiment == "general, angular-approach, angular-recession"
-    assert not reproduce.rate("C15", whole["C15"]), "a claim about means has no such rate"
     assert all(claim.count.replicates == 3 for claim in verdicts.values() if claim.experiment)
     assert set(whole) == {claim.id for claim in verdicts.values() if claim.experiment}
     assert "lgmd1" in verdicts["C21"].outcome.measured
