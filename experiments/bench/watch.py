@@ -38,8 +38,6 @@ from experiments.claims import footage
 
 BLOCK_FRAMES, EVERY_S = 64, 0.1
 """Frames that are recorded at once, and time between two parts that a viewer gets."""
-REAL = "real"
-"""A model's frame rate that is the source's own."""
 NOTES = "notes"
 """The entry of ``run.json`` that says what to know of the source."""
 EARLY = "ended_early"
@@ -75,7 +73,7 @@ class WatchPlan:
 
 def plan(
     source: str, models: Sequence[str] = (), texts: Sequence[str] = (), *, only: bool = False,
-    size: tuple[int, int] | None = None, fps: float | str | None = None, seconds: float | None = None, seed: int = 0,
+    size: tuple[int, int] | None = None, fps: float | None = None, seconds: float | None = None, seed: int = 0,
     jitter_px: float = 0.0, judge: bool = False,
 ) -> WatchPlan:  # fmt: skip
     """Return a checked plan; the parameters are those of `watch`, with settings as ``SECTION.NAME=VALUE`` texts.
@@ -99,13 +97,7 @@ def plan(
     elif seed or jitter_px:
         raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
     shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed) if clip else None)
-    try:
-        rate = shown.rate if fps == REAL else None if fps is None else float(fps)
-    except ValueError:
-        raise UsageError(f"--fps must be {REAL} or a number of frames per second, got {fps}") from None
-    if fps == REAL and rate is None:
-        raise UsageError(f"--fps {REAL}: {source} tells no rate; give a number")
-    chosen, _ = watchers(labels, texts, sections, listed, fps=rate)
+    chosen, _ = watchers(labels, texts, sections, listed, fps=fps)
     return WatchPlan(shown, chosen, seed, judge, clip)
 
 
@@ -249,7 +241,7 @@ def watch(
     only: bool = False,
     settings: Mapping[str, Any] | None = None,
     size: tuple[int, int] | None = None,
-    fps: float | str | None = None,
+    fps: float | None = None,
     seconds: float | None = None,
     seed: int = 0,
     judge: bool = False,
@@ -273,7 +265,7 @@ def watch(
     size
         Width and height that the models see, px; otherwise 320 px along the longer side, of a stimulus its own.
     fps
-        The models' frame rate, or ``"real"``: the source's own; otherwise 30, to which the default thresholds belong.
+        The models' frame rate; otherwise 30, to which the default thresholds belong, whatever the source's.
     seconds
         How much to show; otherwise all. A camera has no end.
     seed

@@ -20,7 +20,7 @@ from experiments.bench.run.settings import watchers
 from experiments.bench.sources import video
 from experiments.bench.sources.motion import motions
 from experiments.bench.sources.video import VideoSource, usual_size
-from experiments.bench.watch import Recorder, plan
+from experiments.bench.watch import Recorder
 from tests.dsnn.test_video import ARROW, CASES, written
 from tests.helpers.footage import FPS, street
 from tests.helpers.footage import film as filmed
@@ -255,7 +255,7 @@ def test_a_camera_has_the_times_of_the_clock_and_its_silence_is_told(monkeypatch
     assert "no more frames after 5" in source.ended_early(5, 0.2)
 
 
-def test_uneven_times_and_changing_sizes_are_noted():
+def test_uneven_times_are_noted_and_a_film_may_change_its_size():
     stamps = [round(1000 / 30 * i) for i in range(20)]
     uneven = [time + (20 if i > 10 else 0) for i, time in enumerate(stamps)]
     for name, times in (("even", stamps), ("uneven", uneven)):
@@ -265,7 +265,7 @@ def test_uneven_times_and_changing_sizes_are_noted():
         written(Path(f"{name}.mjpeg"), [np.full(shape, 90, np.uint8)] * 3, "mjpeg", "yuvj420p")
     Path("both.mjpeg").write_bytes(Path("one.mjpeg").read_bytes() + Path("two.mjpeg").read_bytes())
     run = watch("both.mjpeg", size=(32, 18), quiet=True, recordings=False)
-    assert run.frames.height == 6 and any("80x40 from frame 3" in note for note in run.description["notes"])
+    assert run.frames.height == 6
 
 
 @pytest.mark.parametrize(
@@ -300,8 +300,3 @@ def test_models_get_the_off_line_preset():
     assert plain == DSNNParams.offline() and earlier == DSNNParams.offline(fdsr=False)
     (other,), _ = watchers(["dsnn"], ["dsnn.fps=24"], fps=60.0)
     assert other.network.fps == 24, "what is said of one parameter counts"
-
-
-def test_the_real_rate_of_a_stimulus_is_the_one_that_is_set():
-    planned = plan("plain", texts=["plain.fps=60"], fps="real")
-    assert planned.source.fps == planned.models[0].fps == 60.0

@@ -275,16 +275,9 @@ def _list_runs(folder: Path) -> int:
     from experiments.bench.result import runs
 
     table = runs(folder)
-    trials = pl.when(pl.col("done") == pl.col("planned")).then(pl.col("done").cast(str))
-    listed = table.filter(pl.col("trouble").is_null()).with_columns(
-        pl.col("run").str.strip_prefix(f"{folder}/"),
-        pl.col("when").dt.to_string("%Y-%m-%d %H:%M"),
-        pl.col("seed").cast(str),
-        trials.otherwise(pl.format("{} of {}", "done", "planned")).alias("trials"),
-    )
-    columns = ("run", "when", "experiment", "seed", "trials", "failures", "models", "changed", "verdicts", "provenance")
+    listed = table.filter(pl.col("trouble").is_null()).drop("trouble")
     if listed.height:
-        show(listed.select(*columns, "commit"))
+        show(listed.with_columns(pl.col("when").dt.to_string("%Y-%m-%d %H:%M"), pl.col("seed").cast(str)))
     for line in table["trouble"].drop_nulls() if table.height else [f"no runs in {folder}"]:
         error_console.print(line, soft_wrap=True)
     return 0

@@ -10,7 +10,7 @@ from experiments.bench.cli import options
 from experiments.bench.run import interrupts
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    import polars as pl
 
     from experiments.bench.result import Run
     from experiments.bench.watch import WatchPlan
@@ -24,9 +24,7 @@ def watch(
     only: options.Only = False,
     assignments: options.Assignments = None,
     size: options.Size = None,
-    fps: Annotated[
-        str | None, typer.Option(metavar="real|NUMBER", help="Rate of the models; otherwise 30, whatever the source's.")
-    ] = None,
+    fps: Annotated[float | None, typer.Option(help="Rate of the models; otherwise 30, whatever the source's.")] = None,
     seconds: Annotated[float | None, typer.Option(help="How much to show; otherwise all.")] = None,
     seed: options.Seed = 0,
     jitter: options.Jitter = 0.0,
@@ -68,46 +66,26 @@ def watch(
 
 def show(plan: WatchPlan, run: Run) -> None:
     """Print the intervals of motion, what each model came to, the verdicts, and where everything is."""
-    import polars as pl
-
     from experiments.bench.report import terminal
     from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
-    from experiments.bench.sources.motion import GAP_S, LEAST_FRAMES, LEVEL
+    from experiments.bench.run.rows import COUNTS, PEAKS
+    from experiments.bench.sources.motion import GRADES
 
     if not run.done:
         return
-    source, rows = plan.source, run.trials.to_dicts()
+    source, row = plan.source, run.trials.row(0, named=True)
     rate = f"{source.rate:g} frames/s" if source.rate else "no rate of its own"
-    (width, height), (columns, lines), frames = source.own_size, source.size, rows[0]["frames"]
-    shown = f"{frames} frames, {rows[0]['seconds']:.1f} s, seen at {columns}x{lines}"
+    (width, height), (columns, lines), frames = source.own_size, source.size, row["frames"]
+    shown = f"{frames} frames, {row['seconds']:.1f} s, seen at {columns}x{lines}"
     out_console.print(f"{source.label()}: {width}x{height}, {rate}; {shown}")
-    about = f"motion over T in {LEAST_FRAMES} frames or more, gaps under {GAP_S:g} s merged"
-    terminal.show(run.summary, about if run.summary.height else f"{about}: none")
-    models = {model.label: model for model in plan.models}
-    answers = [
-        {
-            "model": row["model"], "step Hz": models[row["model"]].fps, "T": models[row["model"]].threshold,
-            "HS": f"{row['trough_hs']:+z.2f} .. {row['peak_hs']:+z.2f}",
-            "VS": f"{row['trough_vs']:+z.2f} .. {row['peak_vs']:+z.2f}", "looming": row["peak_looming"],
-            "spikes": " + ".join(f"{row[f'{n}_spikes']} {n.upper()}" for n in models[row["model"]].spiking) or "-",
-        }
-        for row in rows
-    ]  # fmt: skip
-    terminal.show(pl.DataFrame(answers, infer_schema_length=None), "each model")
-    grades = [
-        {
-            "model": row["model"], "r": _interval(row, "flow_r", "{:.2f} [{:.2f}, {:.2f}]"),
-            f"right sign, |HS| over {LEVEL:g}": _interval(row, "right_sign", "{:.0%} [{:.0%}, {:.0%}]"),
-            "seconds that pass T": _interval(row, "passing_s", "{:.0%} [{:.0%}, {:.0%}]"),
-        }
-        for row in rows if row["flow_r"] is not None
-    ]  # fmt: skip
-    if grades:
-        terminal.show(pl.DataFrame(grades), "HS and optical flow, with 95 % intervals")
-    show_verdicts(run.verdicts, model=len(models) > 1)
+    terminal.show(run.summary, "motion over T" if run.summary.height else "motion over T: none")
+    terminal.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
+    if plan.judged:
+        terminal.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
+    show_verdicts(run.verdicts, model=len(plan.models) > 1)
     show_files(run.folder, count(frames, "frame"))
 
 
-def _interval(row: Mapping[str, float], name: str, form: str) -> str:
-    """Return a grade with its interval."""
-    return "-" if row[name] is None else form.format(*(row[f"{name}{end}"] for end in ("", "_low", "_high")))
+def _filled(table: pl.DataFrame) -> pl.DataFrame:
+    """Return a table without the columns that have only nulls."""
+    return table.select(column for column in table if column.null_count() < table.height)

@@ -12,7 +12,6 @@ import io
 import math
 import queue
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -29,11 +28,10 @@ from experiments.bench.sources.conditions import RobotName
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
-IDLE_S, RATE_FRAMES = 0.02, 30
-"""Time between two looks at the queue, and frames over which simulated and wall time are compared."""
+IDLE_S = 0.02
+"""Time between two looks at the queue."""
 SETTLING_FRAMES = 45
 """Frames after which a new browser draws the plots again: laying out its panels, it may leave out the time axis."""
-PAUSED = "  \n**paused**"
 MOVES: Mapping[str, tuple[float, float, str]] = {
     "left": (0.0, 90.0, "J"), "ahead": (1.0, 0.0, "I"), "stop": (0.0, 0.0, "X"), "back": (-1.0, 0.0, "K"),
     "right": (0.0, -90.0, "L"),
@@ -107,8 +105,6 @@ class Page:
     def tell(self, text: str) -> None:
         """Show a text to everybody who looks at the page."""
         self.note.content = text.replace("<", "&lt;").replace("\n", "  \n")
-        for client in self.server.get_clients().values():
-            client.add_notification("colias live", text, auto_close_seconds=6.0)
 
     def follow(self, handle: Any, do: Callable[[Any], None], present: Callable[[], Any]) -> None:
         """Let a control queue ``do`` with each new value; ``present`` returns the session's value."""
@@ -213,7 +209,6 @@ class Page:
         """Pause or continue, advance one frame, or begin again."""
         if word == "pause":
             self.paused = not self.paused
-            self._status.content = self._status.content.replace(PAUSED, "") + (PAUSED if self.paused else "")
         elif word == "step":
             self.paused, self._steps = True, self._steps + 1
         else:
@@ -224,8 +219,8 @@ class Page:
         folder = self.session.record().folder
         self.tell(f"recorded into {folder}; repeat it by: colias run --again {folder}")
 
-    def show(self, sample: Sample, rate: float) -> None:
-        """Show a frame, at ``rate`` simulated seconds for each second of the clock."""
+    def show(self, sample: Sample) -> None:
+        """Show a frame."""
         session = self.session
         with self.server.atomic():
             if self._drawn is not session.trial:
@@ -239,38 +234,28 @@ class Page:
             if self._settling == 1:
                 self.traces.redraw()
             self._settling = max(self._settling - 1, 0)
-            self._status.content = self._line(sample, rate)
+            self._status.content = self._line(sample)
 
-    def _line(self, sample: Sample, rate: float) -> str:
+    def _line(self, sample: Sample) -> str:
         session = self.session
-        number = f"frame {session.number - 1}, {sample.time_s:.2f} s; simulated / wall time {rate:.2f}"
-        lines = [number]
+        lines = [f"frame {session.number - 1}, {sample.time_s:.2f} s"]
         for runner, response in zip(session.runners, session.responses.values(), strict=True):
-            label, channel, first = runner.label, runner.chosen.counted, runner.chosen.network
+            label, channel = runner.label, runner.chosen.counted
             if response is None:
                 lines.append(f"**{label} raised**\n```\n{runner.trouble}\n```")
                 continue
             value = f"{channel.upper()} {getattr(response, channel):+.3f}, " if channel else ""
             lines.append(f"{label}: {value}{1000 * session.cost_s[label]:.2f} ms a frame")
-            changed = [
-                f"{name} {getattr(first, name)} -> {now}"
-                for name in session.values.get(label, ())
-                if (now := getattr(runner.network, name)) != getattr(first, name)
-            ]
-            if changed:
-                lines.append(f"**{label} changed: {', '.join(changed)}**")
-        return "  \n".join(lines) + (PAUSED if self.paused else "")
+        return "  \n".join(lines)
 
     def serve(self) -> None:
         """Show frame after frame at the pace of the clock. A slow machine slows it down; no frame is skipped."""
         session, due = self.session, time.perf_counter()
-        times: deque[float] = deque(maxlen=RATE_FRAMES)
         while True:
             self.heed()
             if self.paused and not self._steps:
                 time.sleep(IDLE_S)
                 due = time.perf_counter()
-                times.clear()
                 continue
             self._steps = max(self._steps - 1, 0)
             try:
@@ -279,8 +264,7 @@ class Page:
                 self.tell(str(error))
                 self.paused = True
                 continue
-            times.append(time.perf_counter())
-            self.show(sample, (len(times) - 1) * session.interval_s / max(times[-1] - times[0], 1e-6))
+            self.show(sample)
             due = max(due + session.interval_s, time.perf_counter() - session.interval_s)
             while (left := due - time.perf_counter()) > 0.0:
                 time.sleep(min(left, IDLE_S))

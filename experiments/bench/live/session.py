@@ -74,7 +74,7 @@ class Session:
         self.settings = dict(text.partition("=")[::2] for text in texts)
         self.values: dict[str, dict[str, str]] = {}
         self.cost_s: dict[str, float] = {}
-        self._wheels: dict[RobotName, tuple[float, float]] = {}
+        self._moves: dict[RobotName, tuple[float, float]] = {}
         self._begin(self.settings, START)
 
     @property
@@ -127,7 +127,7 @@ class Session:
         self._drive = cast(HandDrive, self.trial.drive)
         self.interval_s = self.trial.sim.frame_interval
         self._changes: list[Change] = []
-        self._wheels.clear()
+        self._moves.clear()
         self.showing, self._samples, self.number = showing, iter(showing), 0
         for label, values in self.values.items():
             self._change(label, values)
@@ -154,22 +154,21 @@ class Session:
 
     def drive(self, robot: RobotName, ahead: float, turn: float = 0.0) -> None:
         """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
-        self._wheels[robot] = (ahead * self.speed_cm_s, turn)
+        self._moves[robot] = (ahead, turn)
 
     def set_speed(self, speed_cm_s: float) -> None:
         """Set the speed of driving, for robots under way too."""
         if not 0.1 <= speed_cm_s <= FASTEST_CM_S:
             raise UsageError(f"speed must be between 0.1 and {FASTEST_CM_S:g} cm/s, got {speed_cm_s:g}")
-        before, self.speed_cm_s = self.speed_cm_s, speed_cm_s
-        self._wheels = {name: (v * speed_cm_s / before, turn) for name, (v, turn) in self._wheels.items()}
+        self.speed_cm_s = speed_cm_s
 
     def _command(self) -> None:
         poses = self.poses
         for robot in ROBOTS:
-            speed, turn = self._wheels.get(robot, (0.0, 0.0))
-            if _blocked(poses[robot], poses["observer" if robot == "stimulus" else "stimulus"], speed):
-                speed = 0.0
-            self._drive.command(robot, float(speed), float(turn))
+            ahead, turn = self._moves.get(robot, (0.0, 0.0))
+            if _blocked(poses[robot], poses["observer" if robot == "stimulus" else "stimulus"], ahead):
+                ahead = 0.0
+            self._drive.command(robot, float(ahead * self.speed_cm_s), float(turn))
 
     def hand(self) -> Hand:
         """Return the commands and changes since the trial began, as data."""
@@ -197,9 +196,9 @@ class Session:
         return done
 
 
-def _blocked(pose: Pose, other: Pose, speed: float) -> bool:
+def _blocked(pose: Pose, other: Pose, ahead: float) -> bool:
     """Say whether a robot that drives on would come too near the wall or the other robot."""
-    way = math.copysign(0.01, speed)
+    way = math.copysign(0.01, ahead)
     x, y = pose.x + way * math.cos(pose.heading), pose.y + way * math.sin(pose.heading)
     here, there = math.hypot(pose.x, pose.y), math.hypot(x, y)
     if 100 * there > ARENA_RADIUS_CM - ROOM_CM and there > here:

@@ -97,7 +97,6 @@ class VideoSource:
         self.rate: float | None = None
         self.count: int | None = None
         self.interrupted = self._stopped = self._ended = False
-        self._resized: list[str] = []
         readings = self._open(stimulus)
         first = next(readings, None)
         if first is None:
@@ -136,18 +135,7 @@ class VideoSource:
             raise UsageError(str(error)) from None
         self.rate = self.film.fps
         self.count = round(self.film.length_s * self.rate) or None if self.rate else None
-        return self._of_film(self.film)
-
-    def _of_film(self, film: Video) -> Iterator[Reading]:
-        shape = film.shape
-        try:
-            for number, (time_s, image) in enumerate(film):
-                if image.shape != shape:
-                    shape = image.shape
-                    self._resized.append(f"{film.size[0]}x{film.size[1]} from frame {number} on")
-                yield time_s, image, NOTHING
-        except ValueError as error:
-            raise UsageError(str(error)) from None
+        return _of_film(self.film)
 
     def open(self, seed: int) -> VideoSource:
         """Return itself, as the source of its only trial: neither a camera nor a stream can be opened twice."""
@@ -197,7 +185,7 @@ class VideoSource:
 
     def notes(self, time_s: npt.NDArray[np.float64]) -> list[str]:
         """Return what to know about the source as far as it was read, at these times (T,), a line each."""
-        notes = [f"the frame size changes: {change}" for change in self._resized]
+        notes = []
         ratio = self.own_size[0] * self.size[1] / (self.own_size[1] * self.size[0])
         if (stretch := max(ratio, 1 / ratio)) > SAME_ASPECT:
             shown, own = (f"{width}x{height}" for width, height in (self.size, self.own_size))
@@ -208,8 +196,6 @@ class VideoSource:
         if len(gaps) > 1 and np.abs(gaps - gaps.mean()).max() > max(VARIES * gaps.mean(), TICK_S):
             low, high = gaps.min() * 1e3, gaps.max() * 1e3
             notes.append(f"frame intervals vary from {low:.0f} to {high:.0f} ms; models take one step a frame")
-        if film.interlaced:
-            notes.append("interlaced: one picture is made of the two fields of a frame")
         if film.damaged:
             notes.append(f"{film.damaged} frames could not be decoded and are left out")
         return notes
@@ -225,6 +211,14 @@ def _of_camera(capture: cv2.VideoCapture) -> Iterator[Reading]:
             yield now_s - began_s, np.asarray(read[1], np.uint8), NOTHING
     finally:
         capture.release()
+
+
+def _of_film(film: Video) -> Iterator[Reading]:
+    """Yield the frames of a film."""
+    try:
+        yield from ((time_s, image, NOTHING) for time_s, image in film)
+    except ValueError as error:
+        raise UsageError(str(error)) from None
 
 
 def _of_pictures(files: list[Path]) -> Iterator[Reading]:

@@ -73,9 +73,9 @@ def watch(page: Any) -> list[float]:
     answers: list[float] = []
     show = page.show
 
-    def record_and_show(sample: Any, rate: float) -> None:
+    def record_and_show(sample: Any) -> None:
         answers.append(getattr(next(iter(page.session.responses.values())), "hs", 0.0))
-        show(sample, rate)
+        show(sample)
 
     page.show = record_and_show
     return answers
@@ -130,7 +130,7 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         tab.press("J", shift=True)
         until(lambda: session.trial.sim.robots["observer"].pose.heading > 0.3)
         tab.press("X", shift=True)
-        until(lambda: session._wheels["observer"] == (0.0, 0.0))
+        until(lambda: session._moves["observer"] == (0.0, 0.0))
         tab.press(" ")
         until(lambda: page.paused)
         frame = session.number
