@@ -24,15 +24,12 @@ from experiments.bench.stats.tests import summarise
 
 Rows = Sequence[Mapping[str, Any]]
 
-BELOW_THRESHOLD = "below T"
-"""The note on a potential that does not pass the threshold."""
 LEAST_SPEEDS = 3
 """Fewer have no speed between the first and the last, where a peak would be one."""
 
 
 Number = Mapping[str, Any]
-"""A number at a point: its ``value``, ``None`` where there is none; a ``mark``, a note in a few words; what it was
-``measured`` from, or why there is none; of a mean ``n`` and its 95 % interval, ``ci_low`` and ``ci_high``."""
+"""A number at a point: its ``value``, ``None`` where there is none; of a mean ``n``, ``ci_low`` and ``ci_high`` too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +45,7 @@ class Measure:
     unit
         Its unit; empty where it has none.
     of
-        From the rows of a point that it is about, and the model's spiking threshold, to the number.
+        From the rows of a point that it is about to the number.
     given_by
         Whether these conditions, or clips' parameters, give it.
     conditions
@@ -58,17 +55,13 @@ class Measure:
     name: str
     says: str
     unit: str
-    of: Callable[[Rows, float | None], Number]
+    of: Callable[[Rows], Number]
     given_by: Callable[[Sequence[Any]], bool] = bool
     conditions: tuple[tuple[str, Any], ...] = ()
 
     def described(self) -> dict[str, str]:
         """Return the entry of ``run.json``."""
         return {"name": self.name, "says": self.says, "unit": self.unit}
-
-
-def _number(value: float | None, measured: str, mark: str = "") -> Number:
-    return {"value": value, "mark": mark, "measured": measured}
 
 
 def _crossings(conditions: Sequence[Any]) -> bool:
@@ -82,7 +75,7 @@ def _crossings(conditions: Sequence[Any]) -> bool:
     return len(alike) == 1 and len({condition.speed_cm_s for condition in crossings}) >= LEAST_SPEEDS
 
 
-def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Number:
+def peak_speed(rows: Rows, *, column: str) -> Number:
     """Find the speed among those shown at which the mean of a column over trials is largest.
 
     Parameters
@@ -96,18 +89,15 @@ def peak_speed(rows: Rows, _threshold: float | None, *, column: str) -> Number:
     -------
     Number
         In cm/s; of equal means the lowest speed. None where no mean is above 0, and where trials are not what their
-        conditions have. ``mark`` notes a peak at an end of the speeds shown: the true one may lie beyond.
+        conditions have. At an end of the speeds shown the true peak may lie beyond.
     """
     crossings = [row for row in rows if (row["motion"], row["direction"]) == ("translation", "rightward")]
-    if wrong := unreadable(crossings, [column]) or flaws(crossings) if crossings else "none crosses rightward":
-        return _number(None, f"of the trials {wrong}")
+    if not crossings or unreadable(crossings, [column]) or flaws(crossings):
+        return {"value": None}
     by_speed = sorted(group(crossings, "speed_cm_s").items())
     means = {speed: float(np.mean([row[column] for row in of_speed])) for (speed,), of_speed in by_speed}
-    listed = ", ".join(f"{mean:.3g} at {speed:g}" for speed, mean in means.items())
     highest = max(means, key=means.__getitem__)
-    end = "at the end of the range" if highest in (min(means), max(means)) else ""
-    shown = highest if means[highest] > 0.0 else None
-    return _number(shown, f"mean over trials of {column}: {listed} cm/s", end if shown else "")
+    return {"value": highest if means[highest] > 0.0 else None}
 
 
 def _rightward(clips: Sequence[Any]) -> bool:
@@ -119,28 +109,23 @@ def _rightward(clips: Sequence[Any]) -> bool:
     )  # fmt: skip
 
 
-def least_peak(rows: Rows, threshold: float | None) -> Number:
+def least_peak(rows: Rows) -> Number:
     """Find the largest HS of a rightward crossing: of several crossings the lowest of their peaks.
 
     Parameters
     ----------
     rows
         Of ``trials.parquet`` of clips, of one model; rightward crossings of an object count.
-    threshold
-        The model's spiking threshold T.
 
     Returns
     -------
     Number
-        The potential. ``mark`` notes where it does not pass T, as C6 asks of every crossing.
+        The potential. None where there is no crossing, or a potential is not a number.
     """
     crossings = [row for row in rows if row["motion"] == "rightward" and row["object"] != "absent"]
-    if wrong := unreadable(crossings, POTENTIALS) if crossings else "none shows an object that moves rightward":
-        return _number(None, f"of the clips {wrong}")
-    lowest = min(crossings, key=lambda row: row["peak_hs"])
-    below = threshold is not None and lowest["peak_hs"] <= threshold
-    text = f"lowest of {len(crossings)} peaks, of {lowest['clip']} at seed {lowest['seed']}"
-    return _number(float(lowest["peak_hs"]), text, BELOW_THRESHOLD if below else "")
+    if not crossings or unreadable(crossings, POTENTIALS):
+        return {"value": None}
+    return {"value": min(float(row["peak_hs"]) for row in crossings)}
 
 
 _ENTRIES = (
@@ -175,7 +160,7 @@ def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
     return measures
 
 
-def mean_spikes(rows: Rows, _threshold: float | None, *, condition: Mapping[str, Any]) -> Number:
+def mean_spikes(rows: Rows, *, condition: Mapping[str, Any]) -> Number:
     """Compute the mean number of spikes over the trials of one condition, and its 95 % interval.
 
     Parameters
@@ -193,10 +178,10 @@ def mean_spikes(rows: Rows, _threshold: float | None, *, condition: Mapping[str,
     trials = [row for row in rows if all(row[name] == value for name, value in condition.items())]
     spikes = [row["spikes"] for row in trials if row["spikes"] is not None]
     if not spikes:
-        return {**_number(None, "it does not spike" if trials else "no trial there"), "n": len(trials)}
+        return {"value": None, "n": len(trials)}
     summary = summarise(spikes, 0.0)
-    return {**_number(summary.mean, ""), "n": len(trials), "ci_low": known(summary.ci_low),
-            "ci_high": known(summary.ci_high)}  # fmt: skip
+    ends = {"ci_low": known(summary.ci_low), "ci_high": known(summary.ci_high)}
+    return {"value": summary.mean, "n": len(trials), **ends}
 
 
 def chosen(

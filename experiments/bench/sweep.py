@@ -119,7 +119,6 @@ class Sweep:
         """
         rows = []
         for (point, model), every in self.replicates.items():
-            threshold = every[0].thresholds.get(model)
             for measure, experiment in self.plan.measures:
                 whole = [
                     [row for row in part.of(model) if row["experiment"] == experiment]
@@ -127,11 +126,11 @@ class Sweep:
                     else []
                     for part in every
                 ]
-                each = [measure.of(part, threshold)["value"] for part in whole]
+                each = [measure.of(part)["value"] for part in whole]
                 known = [value for value in each if value is not None]
                 rows.append({
                     **self._at(point, model), "measure": measure.name, "experiment": experiment,
-                    **measure.of([row for part in whole for row in part], threshold), "unit": measure.unit,
+                    **measure.of([row for part in whole for row in part]), "unit": measure.unit,
                     "lowest": min(known, default=None), "highest": max(known, default=None),
                     "replicates": len(each), "not shown": len(each) - len(known), "each": each,
                     **dict(measure.conditions),
