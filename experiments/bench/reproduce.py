@@ -28,7 +28,7 @@ from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, plain
-from experiments.bench.run.models import look_up, shown_models
+from experiments.bench.run.models import look_up
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources import motion
@@ -162,7 +162,7 @@ class Plans:
 
 def planned(
     scale: Scale, seed: int, models: Sequence[str] = BESIDE, extra: Sequence[str] = (), robot_only: bool = False,
-    only: bool = False, pictures: Pictures | None = None,
+    pictures: Pictures | None = None,
 ) -> Plans:  # fmt: skip
     """Plan a reproduction.
 
@@ -176,8 +176,6 @@ def planned(
         Experiments, names or files, that are run and shown too.
     robot_only
         Whether to leave out clips and behaviours.
-    only
-        Whether to leave out the looming detectors; the claim about them is then not judged.
     pictures
         One for each replicate, behind the objects of clips and on the arena's wall; not in the envs of behaviours.
 
@@ -188,7 +186,7 @@ def planned(
     """
     labels = [MODEL, *(name for name in models if name != MODEL)]
     robot = [
-        plan(registry.load(name), labels if only else _models(name, labels), (), scale.repeats, seed, pictures)
+        plan(registry.load(name), _models(name, labels), (), scale.repeats, seed, pictures)
         for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
     names = [part.experiment.name for part in robot]
@@ -198,9 +196,8 @@ def planned(
     studies = {}
     if scale.replicates > 1:
         others = pictures and dataclasses.replace(pictures, first=1)
-        among = labels if only else None
         studies[REPLICATES] = replicates_plan(
-            scale.replicates - 1, scale.repeats, seed + 1, among, onboard=scale.onboard, pictures=others
+            scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard, pictures=others
         )
     if scale.moves:
         moves = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
@@ -241,7 +238,7 @@ def _clips(name: str, scale: Scale, seed: int, pictures: Pictures | None) -> Off
 
 
 def replicates_plan(
-    replicates: int, repeats: int, seed: int, among: Sequence[str] | None = None, *, onboard: bool = False,
+    replicates: int, repeats: int, seed: int, *, onboard: bool = False,
     pictures: Pictures | None = None,
 ) -> SweepPlan:  # fmt: skip
     """Plan replicates of the paper's experiments with the robot: a study without a grid.
@@ -250,18 +247,15 @@ def replicates_plan(
     ----------
     replicates, repeats, seed
         How many replicates, trials of each condition in one, and the seed of the first.
-    among
-        Models to be shown; ``None``: all that the claims are about.
     onboard
         Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
     pictures
         The wall of the arena has one of them in each replicate.
     """
-    beside = (BEST,) if onboard else ()
     models = {
         name: [
-            *(model for model in asked_models(declared) if among is None or model in among),
-            *(beside if len(declared.models) == 1 else ()),  # others compare moves of the network
+            *asked_models(declared),
+            *((BEST,) if onboard and len(declared.models) == 1 else ()),  # others compare moves of the network
         ]
         for name in registry.paper_experiments()
         for declared in [registry.load(name)]
@@ -625,11 +619,3 @@ def judge_models(
         found.append(Verdict.of(asked_of, outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures
-
-
-def models_shown(given: Sequence[str] | None, only: bool) -> list[str]:
-    """Return the models that ``--model`` and ``--only`` ask for; `UsageError` without the DSNN."""
-    names = shown_models((MODEL, *BESIDE), given, only)
-    if MODEL not in names:
-        raise UsageError(f"--only: the claims are about {MODEL}: give --model {MODEL} too")
-    return names

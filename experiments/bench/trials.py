@@ -101,12 +101,6 @@ class Plan:
             for key, values in differing(settings.models, others=others).items()
         }
 
-    def frames(self) -> int:
-        """About how many frames the trials have, as planned."""
-        conditions = self.experiment.conditions()
-        seconds = sum(nominal(condition, self.settings).stimulus.seconds for condition in conditions)
-        return round(self.repeats * seconds * self.settings.camera.fps)
-
 
 def describe(plan: Plan) -> dict[str, Any]:
     """Return what ``run.json`` holds: every parameter, the seed, and what computes it (see `provenance`).

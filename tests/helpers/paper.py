@@ -7,9 +7,9 @@ from experiments.bench.sweep import read
 from experiments.bench.sweep_plan import EVERY_MODEL
 
 
-def design(count=1, repeats=5, seed=0, among=None):
+def design(count=1, repeats=5, seed=0):
     """The plan of some replicates."""
-    return replicates_plan(count, repeats, seed, among)
+    return replicates_plan(count, repeats, seed)
 
 
 def first(plan):

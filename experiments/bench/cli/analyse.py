@@ -30,7 +30,6 @@ def reproduce(
     seed: options.Seed = 0,
     out: options.Out = None,
     model: options.Models = None,
-    only: options.Only = False,
     experiment: Annotated[list[str] | None, typer.Option(help="An experiment to add: a name or a .py file.")] = None,
     pictures: options.OwnPictures = None,
     workers: options.Workers = None,
@@ -57,16 +56,14 @@ def reproduce(
     check_counts(seed)
     means = options.resources(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
-    models, folder = whole.models_shown(model, only), options.results_folder(out, "reproduce")
-    walls = options.own_pictures(pictures)
-    result = whole.reproduce(
-        folder, whole.planned(scale, seed, models, experiment or (), robot_only, only, walls), means
-    )
+    models, walls = (*whole.BESIDE, *(model or ())), options.own_pictures(pictures)
+    plans = whole.planned(scale, seed, models, experiment or (), robot_only, walls)
+    result = whole.reproduce(options.results_folder(out, "reproduce"), plans, means)
     page.write(result)
     if not quiet:
         show_verdicts((*result.claims, *result.own_claims))
         out_console.print(f"\n{'; '.join(totals([(verdict.id, verdict.count) for verdict in result.claims]))}\n")
-        show_files(folder, "reproduction")
+        show_files(result.folder, "reproduction")
     return options.EXIT_FAILED if any(result.failures.values()) else 0
 
 

@@ -7,18 +7,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import polars as pl
-
-from colias_sim.gl import is_software
-from colias_sim.reference import KNOWN
 from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.reproduce import FULL, Reproduction
 from experiments.bench.result import Run, whole_networks
 from experiments.bench.run import provenance
-from experiments.bench.run.description import RENDERERS, read_description
-from experiments.bench.run.files import NAME, Files
-from experiments.bench.run.rows import in_words
+from experiments.bench.run.description import RENDERERS
+from experiments.bench.run.files import Files
+from experiments.bench.run.rows import group, in_words
 from experiments.bench.run.templates import render
 from experiments.bench.sources.judge import flaws
 from experiments.bench.stats.claim import claims_on, title_of, words
@@ -32,7 +28,6 @@ from experiments.studies.clips import compares_with, constants_text, outcomes
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 SILENT = "The model hardly responds to translations either, so that it satisfies the claim by being silent."
 UNKNOWN = "The DSNN's half holds; the rest is about a model whose constants are not published."
-UNKNOWN_FRAME = "not known: numbers may differ from the documented ones"
 GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
 """Headings of the claims, in order."""
 MOST_FAILURES = 5
@@ -52,38 +47,21 @@ def write(result: Reproduction) -> Path:
 
 def page(result: Reproduction) -> str:
     """Return the page of a reproduction: HTML without scripts that needs nothing from outside."""
-    claims = verdicts(result)
-    sections = list(_sections(result))
-    chapters: dict[str, list[dict[str, Any]]] = {}
-    for section in sections:
-        chapters.setdefault(section["chapter"], []).append(section)
+    claims = [_row(claim, result) for claim in (*result.claims, *result.own_claims)]
+    sections = group(_sections(result), "chapter")
+    drawn = {mark: name for run in result.runs for name, mark in run.description.get(RENDERERS, {}).items()}
     return render(
         "report/page.html.j2",
         summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in result.claims])],
         scale=result.plans.scale, seed=result.plans.seed, amount=result.plans.amount(), whole=WHOLE,
         full=FULL.replicates, least=LEAST_JUDGED,
         panels=data_uri(result.folder / "panels.svg"),
-        groups=claims.group_by("group", maintain_order=True), chapters=chapters,
-        anchors={section["name"] for section in sections},
+        groups=sorted(group(claims, "group").items()), chapters=sections, headings=GROUPS,
+        anchors={section["name"] for chapter in sections.values() for section in chapter},
         common=[reading for reading in READINGS if reading not in CHOSEN_FOR],
         meanings=[(SIGNS[kind], meaning) for kind, meaning in MEANINGS.items()], reasons=REASONS,
-        versions=provenance.versions(), drawn=_drawn(result.folder),
+        versions=provenance.versions(), drawn=drawn,
     )  # fmt: skip
-
-
-def verdicts(result: Reproduction) -> pl.DataFrame:
-    """Return the table of verdicts, a row for each claim of the paper and of ours.
-
-    Returns
-    -------
-    polars.DataFrame
-        ``id``, ``title``, ``kind``, ``sign``, what became of it in words (``held``), in one line why it does not hold
-        or was not judged (``why``), its ``evidence`` (headings and texts), and the ``figures`` that show
-        it. Claims that fail come first, by ``group``.
-    """
-    rows = [_row(claim, result) for claim in (*result.claims, *result.own_claims)]
-    order = pl.col("group").replace_strict({group: place for place, group in enumerate(GROUPS)})
-    return pl.DataFrame(rows, infer_schema_length=None).sort(order, maintain_order=True)
 
 
 def _row(claim: Verdict, result: Reproduction) -> dict[str, Any]:
@@ -91,7 +69,7 @@ def _row(claim: Verdict, result: Reproduction) -> dict[str, Any]:
     broken = count.fails and count.word != "holds"
     held = count.sentence() if claim.experiment else "not judged"
     return {
-        "group": GROUPS[2 if count.kind == "unjudged" else 0 if broken else 1],
+        "group": 2 if count.kind == "unjudged" else 0 if broken else 1,
         "id": claim.id, "title": title_of(claim), "kind": count.kind, "sign": SIGNS[count.kind],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
         "why": why(claim),
@@ -185,16 +163,3 @@ def _section(chapter: str, name: str, text: str, path: Path, result: Reproductio
 def data_uri(path: Path) -> str:
     """Return an SVG file as a data URI; empty where there is none."""
     return f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode()}" if path.is_file() else ""
-
-
-def _drawn(folder: Path) -> list[str]:
-    """Return what drew the frames of a reproduction, in words."""
-    drew = dict.fromkeys(
-        pair
-        for path in sorted(folder.glob(f"*/{NAME}"))
-        for pair in read_description(path.parent).get(RENDERERS, {}).items()
-    )
-    return [
-        f"{name}{' (in software)' * is_software(name)}, reference frame {mark} ({KNOWN.get(mark, UNKNOWN_FRAME)})"
-        for name, mark in drew
-    ]

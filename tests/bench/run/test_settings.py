@@ -91,4 +91,4 @@ def test_models_have_sections_of_their_own_and_families_share_one():
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_can_run_as_declared(name):
     trial_plan = plan(registry.load(name), ["dsnn"], [], 1, 0)
-    assert trial_plan.frames() > 30 * len(trial_plan.specs())
+    assert len(trial_plan.specs()) == len(trial_plan.experiment.conditions())

@@ -162,8 +162,6 @@ def test_replicate_r_is_the_whole_design_at_seed_plus_r():
     assert not first & second and not second & third
     labels = {spec.experiment: [m.label for m in spec.settings.models] for spec in cases[0]}
     assert labels[registry.answering()["C21"]] == ["dsnn", "lgmd1", "lgmd2"]
-    alone = design(1, 1, among=["dsnn", "emd"])
-    assert {m.label for spec in alone.specs for m in spec.settings.models} == {"dsnn"}
 
 
 def test_the_count_has_replicate_0_and_the_rate_all_trials():
