@@ -394,8 +394,8 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
     failures: list[Failure] = []
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
-        study = replace(study_of(fit, shown, again=again), replicates=replicates)
-        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources, name)
+        study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
+        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources)
         failures.extend(result.failures)
         return results_of(result)
 

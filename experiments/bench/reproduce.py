@@ -363,7 +363,7 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
             for part in plans.behaviours
         ]
         for name, study in plans.studies.items():
-            counts[name] = sweep.play(study, folder / name, pool, resources, name)
+            counts[name] = sweep.play(study, folder / name, pool, resources)
             failures[name] = counts[name].failures
     for done in [*runs, *clips, *played]:
         failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]

@@ -114,8 +114,8 @@ class Sweep:
     def numbers(self) -> pl.DataFrame:
         """A row for each point, model and measure, of the trials of all replicates together.
 
-        ``each`` has the value of each replicate, null where trials are lost or it has none, ``lowest`` and ``highest``
-        their ends; ``n``, ``ci_low`` and ``ci_high`` are those of a mean.
+        ``lowest`` and ``highest`` are the ends of the values of replicates; ``n``, ``ci_low`` and ``ci_high`` are those
+        of a mean.
         """
         rows = []
         for (point, model), every in self.replicates.items():
@@ -132,8 +132,7 @@ class Sweep:
                     **self._at(point, model), "measure": measure.name, "experiment": experiment,
                     **measure.of([row for part in whole for row in part]), "unit": measure.unit,
                     "lowest": min(known, default=None), "highest": max(known, default=None),
-                    "replicates": len(each), "not shown": len(each) - len(known), "each": each,
-                    **dict(measure.conditions),
+                    "replicates": len(each), "not shown": len(each) - len(known), **dict(measure.conditions),
                 })  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
 
@@ -207,16 +206,15 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def batch(plan: Plan, name: str = "") -> Batch[Any]:
+def batch(plan: Plan) -> Batch[Any]:
     """Return all trials of a sweep as a batch. They leave neither recordings nor frames."""
     on_clips, probe = plan.things == "clips", plan.study.probe
-    name = name or plan.study.name
     work: Any = partial(offline.play_clip, frames=False) if on_clips else trials.work
     return Batch(
-        name=name,
+        name=plan.study.name,
         specs=plan.specs,
         work=partial(_probed, columns=probe[0]) if probe else work,
-        description={**plan.description, "experiment": name},
+        description={**plan.description, "experiment": plan.study.name},
         schemas=(clips.TRIALS, FRAMES) if on_clips
         else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         parameters=plan.parameters,
@@ -225,9 +223,9 @@ def batch(plan: Plan, name: str = "") -> Batch[Any]:
     )  # fmt: skip
 
 
-def play(plan: Plan, out: Path, pool: Any, resources: Resources, name: str = "") -> Sweep:
+def play(plan: Plan, out: Path, pool: Any, resources: Resources) -> Sweep:
     """Play what a folder lacks of a sweep with a pool of workers, and read what it has."""
-    with batch(plan, name).run(out, pool, resources) as folder:
+    with batch(plan).run(out, pool, resources) as folder:
         return read(plan, folder.table("trials").to_dicts(), folder.failures())
 
 
@@ -265,7 +263,7 @@ def write(result: Sweep, folder: Path) -> None:
     from experiments.bench.report import sweep as report
 
     files, name = Files(folder), result.plan.study.name
-    both = [table.drop("each", strict=False) for table in (result.counts, result.numbers) if table.height]
+    both = [table for table in (result.counts, result.numbers) if table.height]
     files.write_rows("outcomes.csv", result.table.to_dicts())
     files.write_rows("counts.csv", pl.concat(both, how="diagonal_relaxed").to_dicts() if both else [])
     files.write_json(f"{name}.json", result.described())

@@ -16,7 +16,6 @@ from experiments import NAMES
 from experiments.bench import measures as measuring
 from experiments.bench import registry, trials
 from experiments.bench.grid import (
-    MOST_AXES,
     Base,
     Levels,
     Point,
@@ -89,11 +88,6 @@ class Plan:
     shares: Mapping[tuple[Point, str, str, int], Share]
     description: Mapping[str, Any]
     parameters: Parameters
-
-    @property
-    def points(self) -> list[Point]:
-        """The points at which anything is judged."""
-        return list(dict.fromkeys(point for point, _ in self.judged))
 
     @property
     def things(self) -> str:
@@ -204,11 +198,6 @@ def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> Offl
     return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
 
 
-def experiments_of(study: Study) -> list[Any]:
-    """Return the experiments of a study: those that it names, or the paper's that answer for its claims."""
-    return [registry.find(name) for name in study.experiments or answering(study.claims)]
-
-
 def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     """Return an experiment as a part of a sweep, with the models of the study alone."""
     part: Any = clips_part if isinstance(declared, OfflineExperiment) else robot_part
@@ -237,7 +226,7 @@ def planned(
         The experiments are of both kinds, or something that the study asks for is not legal.
     """
     check_counts(seed, study.replicates, "--replicates")
-    experiments = experiments_of(study)
+    experiments: list[Any] = list(map(registry.find, study.experiments or answering(study.claims)))
     names = [experiment.name for experiment in experiments]
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
@@ -262,10 +251,7 @@ def planned(
         )
     axes = _axes(study, parts)
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
-    try:
-        renderings = {part.declared.name: _renderings(part, study, axes, parameters) for part in parts}
-    except UsageError as error:  # the values of --set were checked before: it is a point's
-        raise UsageError(str(error).replace("--set ", "--over ", 1)) from error
+    renderings = {part.declared.name: _renderings(part, study, axes, parameters) for part in parts}
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     asked = {name for _, name in (*claims, *measures)}
@@ -365,15 +351,12 @@ def _axes(study: Study, parts: Sequence[Part]) -> dict[str, Levels]:
     readers = [(part.base_of(model), settled(model)) for part in parts for model in part.models]
     bases = [base for base, _ in readers]
     check_keys(study.assignments, bases, "--set")
-    over = levels_of(study.over, study.assignments) if study.over else {}
-    if len(over) > MOST_AXES:
-        raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(over)}")
-    axes = dict(study.axes) | over
+    axes = dict(study.axes) | levels_of(study.over, study.assignments)
     for name, levels in axes.items():
         if name in (*TRIAL_SCHEMA, *clips.TRIALS):
             raise UsageError(f"axis {name}: the table of trials has that column; rename the axis")
         texts = [text for level in levels.values() for text in level]
-        check_keys(texts, bases, "--over" if name in over else f"axis {name}:")
+        check_keys(texts, bases, "--over" if name not in study.axes else f"axis {name}:")
         if texts and not any(moves(levels, base, fixed) for base, fixed in readers):
             raise UsageError(f"axis {name}: the models have settled that themselves, so that it moves nothing")
     return axes

@@ -14,7 +14,7 @@ from dsnn.stimuli import stimulus
 from experiments import Study
 from experiments.bench import registry, sweep_plan
 from experiments.bench.cli import main
-from experiments.bench.grid import levels_of
+from experiments.bench.grid import levels_of, points_of
 from experiments.bench.report.sweep import draw
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
@@ -135,7 +135,7 @@ def test_a_point_has_the_trials_of_a_run_with_its_settings_and_points_of_the_net
     plan = planned(["general"], "camera.read_noise=0,0.64", "dsnn.n_con=4,8", claims=("C14",), replicates=2, seed=4,
                    assignments=("dsnn.d=2",))  # fmt: skip
     assert [spec.index for spec in plan.specs] == list(range(2 * 2 * len(registry.load("general").conditions()) * 10))
-    for point in plan.points:
+    for point in points_of(plan.axes):
         for replicate in (0, 1):
             settings = [f"{key}={value}" for key, value in point]
             alone = robot_plan(registry.load("general"), ["dsnn"], ["dsnn.d=2", *settings], None, 4 + replicate)
@@ -153,7 +153,7 @@ def test_an_experiment_that_an_axis_cannot_move_is_run_once():
     counts = {name: sum(spec.experiment == name for spec in plan.specs) for name in ("general", "distance")}
     whole = {name: len(registry.load(name).conditions()) * 5 for name in counts}
     assert counts == {"general": 3 * whole["general"], "distance": whole["distance"]}
-    assert len({plan.shares[point, "dsnn", "distance", 0][0] for point in plan.points}) == 1
+    assert len({plan.shares[point, "dsnn", "distance", 0][0] for point in points_of(plan.axes)}) == 1
 
 
 def test_keys_that_move_together_and_ends_of_pairs():

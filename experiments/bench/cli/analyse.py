@@ -176,9 +176,9 @@ def fit(
         study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
         asked = dataclasses.replace(asked, study=study, **given)
     else:
-        study = typed(experiment, claims=_names(claims), models=model and [model], assignments=assignments,
+        name = f"fit-{'-'.join(Path(name).stem for name in experiment.split(','))}"
+        study = typed(experiment, name=name, claims=_names(claims), models=model and [model], assignments=assignments,
                       replicates=replicates)  # fmt: skip
-        study = dataclasses.replace(study, name=f"fit-{'-'.join(Path(name).stem for name in study.experiments)}")
         asked = Fit(study, tuple(over or ()), **given)
     folder = options.results_folder(out, asked.study.name)
     fitted = fits.run(asked, seed, folder, options.resources(workers, cluster, quiet))
