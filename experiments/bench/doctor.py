@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import importlib.metadata
-import os
 import shutil
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Literal
 
 from packaging.requirements import Requirement
@@ -19,12 +17,8 @@ Finding = tuple[State, str, str]
 """Whether it is there, what was looked at, and what was found or what to do."""
 
 PROJECT = "colias-sim"
-TOOLS = {
-    "rerun": ("rerun-sdk", "colias view"),
-    "arm-none-eabi-gcc": ("gcc-arm-none-eabi", "colias firmware"),
-    "qemu-system-arm": ("qemu-system-arm", "colias firmware"),
-}
-"""Program -> the package that has it, and what needs it."""
+TOOLS = {"arm-none-eabi-gcc": "gcc-arm-none-eabi", "qemu-system-arm": "qemu-system-arm"}
+"""Program -> the package that has it."""
 
 
 def examine() -> Iterator[Finding]:
@@ -34,10 +28,9 @@ def examine() -> Iterator[Finding]:
     yield from rendering()
     note = forms.note()
     yield "optional" if note else "ok", "network", note or forms.chosen()
-    places = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    for program, (package, needing) in TOOLS.items():
-        place = shutil.which(program, path=places)
-        yield ("ok", program, place) if place else ("optional", program, f"only for {needing}: install {package}")
+    for program, package in TOOLS.items():
+        place = shutil.which(program)
+        yield ("ok", program, place) if place else ("optional", program, f"for colias firmware: install {package}")
 
 
 def packages() -> Iterator[Finding]:
@@ -67,7 +60,6 @@ def rendering() -> Iterator[Finding]:
     except OSError as error:
         yield "missing", "renderer", str(error)
         return
-    renderer = gl.renderer()
-    yield "ok", "renderer", f"{renderer}: in software" if gl.is_software(renderer) else renderer
+    yield "ok", "renderer", gl.renderer()
     known = f"as on {reference.KNOWN[pixels]}" if pixels in reference.KNOWN else "not known: numbers may differ"
     yield "ok", "reference frame", f"{pixels}, {known}"

@@ -190,9 +190,7 @@ def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Se
 def described(abouts: Sequence[About]) -> str:
     """Return what is trained, in words."""
     first, n = abouts[0], count(len(abouts), "training seed")
-    under = "".join(f", {name}={value}" for name, value in first.options.items())
-    steps = f"{first.steps:,} steps in {count(first.envs, 'env')}"
-    return f"{short_name(first.env)}{under}: {n} from {first.seed} of {steps}, {JUDGED} episodes each"
+    return f"{short_name(first.env)}: {n} of {first.steps:,} steps, {JUDGED} episodes each"
 
 
 def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Run, pl.DataFrame]:
@@ -251,15 +249,9 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Ru
 
 
 def require_training() -> None:
-    """Load what a training needs; `UsageError` without the extra, `GLUnavailable` where nothing can be drawn."""
-    try:
-        importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
-        importlib.import_module("stable_baselines3")
-    except ModuleNotFoundError as error:
-        raise UsageError(
-            f"training needs {error.name}, which is not installed: run 'make train', or install PyTorch's CPU build and"
-            " then colias-sim[train]"
-        ) from None
+    """Load what a training needs; ``ImportError`` without the extra, `GLUnavailable` where nothing can be drawn."""
+    importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
+    importlib.import_module("stable_baselines3")
     reference_hash()
 
 

@@ -41,14 +41,13 @@ def check(
 
     A model, under its parameters for off-line tests: valid responses, reset, determinism, no hold on the caller's
     frame, silence in a still scene, mirror images, refusal of frames of another shape, and declared channels and
-    thresholds; then what a frame costs.
+    thresholds.
     A stimulus, in a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
-    An arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves room for the
-    robots, and that the camera sees them.
+    An arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, and leaves its middle
+    free.
     Exit status: 1 if a law is broken.
     """
-    from experiments.bench.check import SHAPE, try_laws
-    from experiments.bench.leaderboard import time_models
+    from experiments.bench.check import try_laws
     from experiments.bench.report.terminal import count, out_console
 
     label, laws, subject = _subject(model)
@@ -59,8 +58,6 @@ def check(
         out_console.print(f"{law.__name__:<13}{verdict}")
     for traceback in {text.splitlines()[-1]: text for text in troubles.values() if "\n" in text}.values():
         out_console.print(traceback, soft_wrap=True)
-    if hasattr(subject, "network") and (taken := time_models([subject], SHAPE).get(label)):
-        out_console.print(f"{'cost':<13}{min(taken):.0f} us a frame at 99x72, in its fastest round")
     broken = sum(map(bool, troubles.values()))
     summary = f"breaks {count(broken, 'law')} of {len(laws)}" if broken else f"keeps all {len(laws)} laws"
     out_console.print(f"{label} {summary}")

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from colias_sim.config import CameraConfig
 from dsnn.native.binding import ONBOARD
 from experiments.bench.robot_side import firmware
 from experiments.bench.robot_side.logs import FRAMES
@@ -51,7 +50,7 @@ def export(program: firmware.Program, folder: Path, assignments: Sequence[str] =
         "chip": chip, "config": firmware.CONFIG, "table_place": firmware.TABLE_PLACE, "model": firmware.MODEL,
         "version": version("colias-sim"), "shown": shown, "frames": firmware.COUNTED, "fps": network.fps,
         "options": "".join(f" --set {shlex.quote(text)}" for text in assignments),
-        "settings": "".join(f" --set {shlex.quote(text)}" for text in _settings(program, assignments)),
+        "of_model": "".join(f" --set {shlex.quote(text)}" for text in assignments if text.startswith(firmware.MODEL)),
     }  # fmt: skip
     written = {
         firmware.CONFIG: firmware.config(program),
@@ -71,14 +70,6 @@ def export(program: firmware.Program, folder: Path, assignments: Sequence[str] =
         (folder / name).write_text(text, encoding="utf-8")
     for index, frames in enumerate(shown.values()):
         write_pictures(folder / FRAMES / f"trial-{index:04d}", frames, ".pgm")
-
-
-def _settings(program: firmware.Program, assignments: Sequence[str]) -> list[str]:
-    """Return what ``colias import`` sets so that model and camera are as they are here."""
-    network, chip = program
-    camera, values = CameraConfig(), {"width": chip.columns, "height": chip.rows, "fps": network.fps}
-    of_model = [text for text in assignments if text.startswith(f"{firmware.MODEL}.")]
-    return of_model + [f"camera.{name}={value:g}" for name, value in values.items() if value != getattr(camera, name)]
 
 
 def _frames_header(program: firmware.Program, shown: dict[str, firmware.Frames]) -> str:

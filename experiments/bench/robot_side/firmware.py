@@ -22,7 +22,7 @@ from dsnn.field_docs import parameters, unit
 from dsnn.onboard.header import header
 from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
-from experiments.bench.robot_side.qemu import Q15, Emulator, compiler
+from experiments.bench.robot_side.qemu import COMPILER, Q15, Emulator
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.settings import changed, collect
 from experiments.bench.run.streams import stream
@@ -127,19 +127,17 @@ def build(program: Program, folder: Path) -> Path:
     Raises
     ------
     UsageError
-        There is no compiler, it refuses the sources, or the parameters have no fixed-point form.
+        The compiler refuses the sources, or the parameters have no fixed-point form.
     """
     _, chip = program
     (folder / CONFIG).write_text(config(program), encoding="ascii")
     sections = (CHIP_SIDE / "sections.ld").read_text(encoding="ascii")
     (folder / "chip.ld").write_text(memory_script(chip) + sections, encoding="ascii")
-    command = compiler()
-    libraries = () if "ziglang" in command else ("-lgcc",)
     done = subprocess.run(
-        [*command, "-isystem", str(CHIP_SIDE / "include"), f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}",
+        [*COMPILER, "-isystem", str(CHIP_SIDE / "include"), f"-I{folder}", f"-I{CHIP_SIDE}", f"-I{NATIVE}",
          f'-DONBOARD_CONFIG_HEADER="{CONFIG}"', f"-DONBOARD_IN_RAM={TABLE_PLACE}", "-DONBOARD_SPLIT",
          f"-DCAMERA_FRAMES={chip.ring_frames}", "-include", "counter.h", "-DONBOARD_STAGE(i)=counter_stage(i)",
-         "-T", "chip.ld", *map(str, SOURCES), *libraries, "-o", "chip.elf"],
+         "-T", "chip.ld", *map(str, SOURCES), "-lgcc", "-o", "chip.elf"],
         cwd=folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
@@ -208,16 +206,10 @@ def clips(shape: tuple[int, int], length: int) -> dict[str, Frames]:
     }
 
 
-def stage_names() -> list[str]:
-    """Return the network's stages in their order, as ``onboard.h`` names them."""
-    text = (NATIVE / "onboard.h").read_text(encoding="utf-8").replace("\\\n", " ")
-    (line,) = re.findall(r"#define ONBOARD_STAGE_NAMES\b(.*)", text)
-    return re.findall(r'"(\w+)"', line)
-
-
 def counts(chip: Emulator, shape: tuple[int, int], length: int = COUNTED) -> pl.DataFrame:
     """Count instructions: a row per frame of the clips, a column per stage and one for the ``whole`` frame."""
-    names, rows = stage_names(), []
+    text = (NATIVE / "onboard.h").read_text(encoding="utf-8").replace("\\\n", " ")
+    names, rows = re.findall(r'"(\w+)"', text.partition("#define ONBOARD_STAGE_NAMES")[2].splitlines()[0]), []
     for clip, frames in clips(shape, length).items():
         chip.reset()
         for frame in frames:
@@ -227,7 +219,7 @@ def counts(chip: Emulator, shape: tuple[int, int], length: int = COUNTED) -> pl.
     return table.with_columns(whole=pl.sum_horizontal(pl.exclude("clip"))).with_columns(cs.float().round().cast(int))
 
 
-def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object], pl.DataFrame]:
+def measure(program: Program, length: int = COUNTED) -> dict[str, Any]:
     """Build a program and measure what it takes of the chip.
 
     Parameters
@@ -242,8 +234,6 @@ def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object],
     dict
         A row of the budget: parameters, bytes by purpose, what is ``over`` and what is ``left`` for the robot, the
         instructions of the worst frame, and the interval of its time.
-    polars.DataFrame
-        From `counts`.
     """
     network, chip = program
     with emulated(program) as (running, sizes):
@@ -259,13 +249,12 @@ def measure(program: Program, length: int = COUNTED) -> tuple[dict[str, object],
     least, most = (round(worst["whole"] * cycles / (1000.0 * chip.clock_mhz), 2) for cycles in CYCLES)
     missing = {"RAM": over, "flash": flash - chip.flash, "stack": stack - chip.stack}
     short = [name for name, size in missing.items() if size > 0]
-    row = {
+    return {
         "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "lamina_bits": network.lamina_bits,
         "states": sizes[".states"] + sizes[".second"], "tables": sizes.get(".tables", 0), "ring": sizes[".ring"],
         "stack": sizes[".stack"], "stack_used": used, "left": sum(regions.values()), "over": over, "flash": flash,
         "memory": f"lacks {', '.join(short)}" if short else "fits", **worst, "ms_least": least, "ms_most": most,
     }  # fmt: skip
-    return row, table
 
 
 def compare(program: Program, chip: Emulator, shown: Sequence[tuple[str, Frames]]) -> pl.DataFrame:

@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -153,22 +154,16 @@ def logged(model: ConfiguredModel, rows: pl.DataFrame) -> ConfiguredModel:
     thresholds = {channel: name for channel, name in entry.thresholds.items() if channel in channels}
 
     def build(_shape: tuple[int, int], _parameters: Any) -> Any:
-        return Playback(rows)
+        played = iter(rows.select(name for name in RESPONSES if name in rows.columns).to_dicts())
+        blank = {"hs": 0.0, "vs": 0.0, "hs_spikes": 0, "vs_spikes": 0}
+
+        def step(_frame: Any) -> Response:
+            return Response(**blank | {name: value for name, value in next(played).items() if value is not None})
+
+        return SimpleNamespace(step=step)
 
     entry = dataclasses.replace(entry, channels=channels, thresholds=thresholds, build=build)
     return dataclasses.replace(model, entry=entry)
-
-
-class Playback:
-    """A model that responds what a log says that the robot's own responded: a row of it for each frame."""
-
-    def __init__(self, rows: pl.DataFrame) -> None:
-        self._responses = iter(rows.select(name for name in RESPONSES if name in rows.columns).to_dicts())
-
-    def step(self, frame: Any) -> Response:
-        """Return the response of the next row."""
-        known = {name: value for name, value in next(self._responses).items() if value is not None}
-        return Response(**{"hs": 0.0, "vs": 0.0, "hs_spikes": 0, "vs_spikes": 0, **known})
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
-import shutil
 import struct
 import subprocess
-import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +16,13 @@ from experiments.bench.run.errors import UsageError
 GCC, QEMU = "arm-none-eabi-gcc", "qemu-system-arm"
 # Freestanding: there is no C library. Even so memcpy of a few bytes is an instruction, by the compiler's own knowledge
 # of it (-fbuiltin); what is longer calls memory.c.
-_COMMON = (
-    "-O3", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fbuiltin", "-fno-common",
+COMPILER = (
+    GCC, "-O3", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fbuiltin", "-fno-common",
     "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables", "-nostdlib",
-    "-Wl,--gc-sections",
+    "-Wl,--gc-sections", "-mthumb", "-mfloat-abi=soft", "-mcpu=cortex-m4", "-fno-tree-loop-distribute-patterns",
+    "-nostartfiles",
 )  # fmt: skip
-_GCC = ("-mthumb", "-mfloat-abi=soft", "-mcpu=cortex-m4", "-fno-tree-loop-distribute-patterns", "-nostartfiles")
-_ZIG = ("-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4", "-munaligned-access", "-g0",
-        "-Wl,--entry=chip_reset")  # fmt: skip
+"""Command of the C compiler for the chip."""
 
 SHIFT = 8
 """``-icount shift=``: an instruction lasts 2^8 ns of the board's time. It changes no count, only how finely the board's
@@ -39,30 +36,7 @@ KNOWN, KNOWN_ERROR = 4097, 4
 """Instructions of the test program's known loop, with the one that loads its number, and how far a count may be off."""
 
 
-def compiler() -> tuple[str, ...]:
-    """Return the command of a C compiler for the chip: GCC's where it is on the PATH, otherwise the ``ziglang`` wheel.
-
-    Raises
-    ------
-    UsageError
-        There is none; it names the packages.
-    """
-    if path := shutil.which(GCC):
-        return (path, *_COMMON, *_GCC)
-    if importlib.util.find_spec("ziglang") is not None:
-        return (sys.executable, "-P", "-m", "ziglang", "cc", *_COMMON, *_ZIG)
-    raise UsageError("no C compiler for the chip: install Debian's gcc-arm-none-eabi or the wheel ziglang")
-
-
-def versions() -> str:
-    """Return the versions of compiler and emulator, as these say them: counts of instructions depend on both."""
-    command = compiler()
-    asked = (command[0], "--version") if "ziglang" not in command else (*command[:4], "version")
-    commands = (asked, (QEMU, "--version"))
-    return "; ".join(subprocess.check_output(one, text=True).splitlines()[0] for one in commands)
-
-
-class Emulator:
+class Emulator(AbstractContextManager["Emulator"]):
     """The test program in QEMU. It ends with ``close``, or when this process ends, as its input ends then.
 
     Parameters
@@ -116,9 +90,6 @@ class Emulator:
         """End the program and its process."""
         self._process.kill()
         self._process.communicate()
-
-    def __enter__(self) -> Emulator:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

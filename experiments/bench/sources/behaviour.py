@@ -63,7 +63,7 @@ class Behaviour:
     Raises
     ------
     ValueError
-        The name or ``senses`` is not legal.
+        The name is not legal.
 
     Examples
     --------
@@ -81,10 +81,6 @@ class Behaviour:
 
     def __post_init__(self) -> None:
         check_name("behaviour", self.name)
-        if self.senses not in ("neural", "state"):
-            raise ValueError(f"behaviour {self.name}: senses must be neural or state, got {short(self.senses)}")
-        if not callable(self.make):
-            raise ValueError(f"behaviour {self.name}: make must be a function, got {short(self.make)}")
 
     @classmethod
     def reflex(cls, name: str, summary: str, env: str, reflex: Callable[[Response], Wheels]) -> Behaviour:
