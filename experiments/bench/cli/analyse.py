@@ -34,7 +34,6 @@ def reproduce(
     pictures: options.OwnPictures = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Run replicates of the paper's experiments, and one with each thing moved; write one page about it.
@@ -85,7 +84,6 @@ def sweep(
     model: options.Models = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Run replicates of experiments at every point of a grid, and count in how many each claim holds.
@@ -150,7 +148,6 @@ def fit(
     model: Annotated[str | None, typer.Option(metavar="MODEL", help="The model, otherwise dsnn.")] = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Search a box of parameters for settings under which all claims hold together.
@@ -229,7 +226,6 @@ def tune(
     assignments: options.Assignments = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Show every model objects and gratings at every speed, size, contrast, frequency and direction.

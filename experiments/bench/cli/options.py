@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,22 +16,10 @@ EXIT_FAILED = 1
 """Exit status of a command some of whose jobs failed."""
 
 
-def _figures_for(medium: str) -> str:
-    """Have all figures of the command written for a medium."""
-    if medium != "web":
-        from experiments.bench.report import style
-
-        style.medium.set(medium)
-    return medium
-
-
 Assignments = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter (colias list parameters).")
 ]
 Cluster = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, tcp://HOST:PORT.")]
-For = Annotated[
-    Literal["paper", "talk", "web"], typer.Option("--for", callback=_figures_for, help="Medium of the figures.")
-]
 Models = Annotated[
     list[str] | None,
     typer.Option("--model", metavar="MODEL", help="A model: a name, NAME:PARAM=VALUE or a .py file. Repeatable."),

@@ -32,7 +32,6 @@ def run(
     recordings: options.Recordings = True,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Run an experiment, and write tables, figure, verdicts and recordings into a folder.
@@ -49,7 +48,7 @@ def run(
     if again is not None:
         sources = {name: context.get_parameter_source(name) for name in context.params}
         typed = {name for name, source in sources.items() if source and source.name == "COMMANDLINE"}
-        if others := sorted(typed - {"again", "out", "workers", "medium", "quiet"}):
+        if others := sorted(typed - {"again", "out", "workers", "quiet"}):
             raise UsageError(f"--again repeats a run as it was: leave out {', '.join(others)}")
         return _repeat(context, again, out, workers, quiet)
     if experiment is None:
@@ -136,7 +135,6 @@ def behave(
     recordings: options.Recordings = True,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Play behaviours' episodes, and those of their baselines in the same worlds, and score them with intervals.
@@ -174,7 +172,6 @@ def train(
     assignments: options.Assignments = None,
     out: options.Out = None,
     workers: options.Workers = None,
-    medium: options.For = "web",
     quiet: options.Quiet = False,
 ) -> int:
     """Train a small network on neural observations by PPO, and compare it with reflexes, rest, chance and truth.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -34,10 +34,6 @@ PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "
 DASHES: Sequence[Any] = ("-", "--", ":", "-.", (0, (6, 2, 1, 2)), (0, (1, 3)))
 CONDITIONS = 5
 """Most conditions of excitation in a row."""
-LOGARITHMIC_FROM, QUIET = 10.0, 0.02
-"""Ratio of levels from which an axis is logarithmic; share of the largest value below which an axis may end."""
-APART = 0.12
-"""Share of an axis that its numbers are apart, at least."""
 BANDS = "Lines: means; bands: their 95 % interval. Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("sim_time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
@@ -198,14 +194,6 @@ def tints(levels: Sequence[Any]) -> dict[Any, Any]:
 # --- along what the trials vary ---------------------------------------------------------------------------------------
 
 
-def _places(levels: Sequence[Any]) -> dict[Any, float]:
-    """Return where levels stand along an axis: numbers to scale, over a wide range that of their logarithms."""
-    if isinstance(levels[0], str):
-        return {level: float(place) for place, level in enumerate(levels)}
-    wide = levels[0] > 0 and levels[-1] >= LOGARITHMIC_FROM * levels[0]
-    return {level: math.log(level) if wide else float(level) for level in levels}
-
-
 def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> None:
     """Draw one model's trials as dots, means and intervals against the level, a line for each other condition."""
     shown = rows.select(*measure[2])
@@ -214,37 +202,26 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> No
         axes.annotate("no threshold,\nno spikes", (0.5, 0.4), xycoords="axes fraction", ha="center", color=style.GREY)
         return
     levels = findings.curve(rows.with_columns(one=1.0), "level", "one")[0]
-    places, colours = _places(levels), tints(levels)
+    words, colours = isinstance(levels[0], str), tints(levels)
+    places = dict(zip(levels, range(len(levels)) if words else levels, strict=True))
     gap = min(np.diff(list(places.values())), default=1.0)
     curves = [(", ".join(filter(None, (other, name))) or column, findings.curve(of, "level", column))
               for column, name in measure[2].items()
               for (other,), of in style.by(rows.drop_nulls(column), "other")]  # fmt: skip
     for place, (label, (found, samples)) in enumerate(curves):
         at = [places[level] + 0.12 * gap * (place - (len(curves) - 1) / 2) for level in found]
-        line = "none" if isinstance(found[0], str) else DASHES[place % len(DASHES)]
+        line = "none" if words else DASHES[place % len(DASHES)]
         style.means(axes, at, samples, style.INK, label, line=line, gap=gap, dots=[colours[level] for level in found])
     if len(curves) > 1:
         axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0, markerscale=0.0)
-    _ticks(axes, places, gap)
+    if words:
+        axes.set_xticks(range(len(levels)), [level_text(level).replace(" ", "\n") for level in levels])
+        axes.tick_params(axis="x", labelrotation=90 if len(levels) > 3 else 0)
     axes.margins(y=0.08)
     if shown.min().min_horizontal().item() >= 0.0:
         axes.set_ylim(0.0, 1.08 * axes.dataLim.y1 or 1.0)
     if axes.dataLim.y1 == axes.dataLim.y0 == 0.0:
         axes.set_yticks([0.0])  # no count reached any other
-
-
-def _ticks(axes: Axes, places: Mapping[Any, float], gap: float) -> None:
-    """Write the levels at their places: words upright, no number that would touch the last."""
-    x, texts, last = list(places.values()), [level_text(level) for level in places], -math.inf
-    axes.set_xlim(x[0] - 0.5 * gap, x[-1] + 0.5 * gap)
-    if isinstance(next(iter(places)), str):
-        texts = [text.replace(" ", "\n") for text in texts]
-        axes.tick_params(axis="x", labelrotation=90 if len(x) > 3 else 0)
-    else:
-        for index, place in enumerate(x):
-            texts[index] = texts[index] if place - last >= APART * (x[-1] - x[0] + gap) else ""
-            last = place if texts[index] else last
-    axes.set_xticks(x, texts)
 
 
 def _grid(models: Sequence[str], labels: Sequence[str], found: Sequence[str], **options: Any) -> tuple[Figure, Any]:
@@ -280,7 +257,6 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
         low, high, level = traces.dataLim.y0, traces.dataLim.y1, thresholds.get(model)
         name = f"{'threshold ' * (model == models[0])}{level or 0.0:.3g}"
         style.threshold(traces, level, signed=low < -0.3 * high, name=name, most=1.5 * max(high, -low))
-    grid[0, 1].set_xlim(*_busy(lines))
     grid[-1, 0].set_xlabel(axis(varies))
     grid[-1, 1].set_xlabel(label)
     _caption(figure, title, rows, varies, TRACES)
@@ -331,17 +307,6 @@ def _peaks(lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
             for level, mean in first.items()]  # fmt: skip
 
 
-def _busy(panels: Iterable[Lines]) -> tuple[float, float]:
-    """Return from where to where any line is above `QUIET` of the largest of its panel, with room for a name."""
-    places: list[Floats] = []
-    for lines in panels:
-        most = max(float(np.nanmax(np.abs(values))) for _, values in lines.values())
-        places += [x[(np.abs(values) >= QUIET * most).any(axis=0)] for x, values in lines.values()]
-    busy = np.concatenate(places)
-    reach = float(np.ptp(busy)) or 1.0
-    return float(busy.min()) - 0.2 * reach, float(busy.max()) + 0.02 * reach
-
-
 # --- mechanism --------------------------------------------------------------------------------------------------------
 
 
@@ -369,7 +334,6 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     grid = figure.subplots(3 * down, across, squeeze=False, sharex=True, sharey="row", height_ratios=[3, 4, 2] * down)
     for axes in grid[-3:, (len(conditions) - 1) % across + 1 :].flat:
         axes.set_visible(False)
-    curves: Lines = {}
     for place, of in enumerate(conditions):
         panels = grid[3 * (place // across) : 3 * (place // across) + 3, place % across]
         _over_time(panels, of, level, "threshold" if place == len(conditions) - 1 else "", labelled=place == 0)
@@ -377,11 +341,9 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
         where = level_text(distance, "cm") if angle is None else level_text(angle, "°")
         panels[0].set_title(style.wrapped(f"{motion} {where}", style.WIDTH / across - 0.3), fontsize=style.BODY)
         panels[2].set_xlabel("time (s)")
-        curves[place, ""] = of["sim_time_s"].to_numpy(), of.select(*SUMS, *HS).to_numpy().T
     labels = ("excitation, inhibition", "HS (right positive)", "share of trials that spike") * down
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(style.wrapped(label, 0.9), fontsize=style.BODY)
-    grid[0, 0].set_xlim(*_busy([curves]))
     whole, balanced = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
     n, w_i = excitations.select("n", "w_i").row(0)
     words = style.sentence(f"{whole}; with w_i = 1 the {balanced}")

@@ -8,7 +8,6 @@ import re
 import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -51,11 +50,8 @@ HUES = ("#1f3f94", "#dd7a00", "#7b1050", "#2a8fd0", "#0b5226", "#e0559a", "#5a32
 contrast of at least 3:1 on white."""
 DIVERGING = "RdBu_r"
 """Colour map of signed quantities: red is right or down."""
-SHEETS = {"paper": (7.16, 300.0), "talk": (13.33, 144.0), "web": (8.95, 160.0)}
-"""Medium -> width of a figure, inches, and dots per inch of its PNG: both columns of IEEE's page, a wide slide, 860
-pixels of a web page. Type grows with the width."""
-medium: ContextVar[str] = ContextVar("medium", default="web")
-"""The medium that figures are written for."""
+DPI = 200.0
+"""Dots per inch of a PNG."""
 HALO = (withStroke(linewidth=2.0, foreground="white"),)
 """White around text that may lie on a line."""
 
@@ -242,7 +238,7 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> Non
 
 
 def save(figure: Figure, path: Path) -> Path:
-    """Write a figure as SVG and PNG, as large as its medium; equal figures give equal bytes.
+    """Write a figure as SVG and PNG; equal figures give equal bytes.
 
     Parameters
     ----------
@@ -254,9 +250,8 @@ def save(figure: Figure, path: Path) -> Path:
     pathlib.Path
         That of the PNG file.
     """
-    (inches, dpi), source = SHEETS[medium.get()], drawn_from(path.parent)
+    source = drawn_from(path.parent)
     noted = {"Source": source} if source else {}
-    scale = inches / WIDTH
     with look():
         if engine := figure.get_layout_engine():
             engine.execute(figure)  # whose last bits differ from run to run, and with them the names of clip paths
@@ -265,9 +260,5 @@ def save(figure: Figure, path: Path) -> Path:
                 axes.set_position(tuple(round(side, 6) for side in axes.get_position(original=True).bounds))
         for kind, metadata in (("svg", {"Date": None} | noted), ("png", noted)):
             with replacing(path.with_name(f"{path.name}.{kind}")) as partial:
-                figure.savefig(partial, format=kind, dpi=dpi * scale, metadata=metadata)
-                if kind == "svg":
-                    svg = re.sub(r'(?<=th="|ht=")[\d.]+(?=pt")', lambda side: f"{scale * float(side[0]):.6g}",
-                                 partial.read_text(encoding="utf-8"), count=2)  # fmt: skip
-                    partial.write_text(svg, encoding="utf-8")
+                figure.savefig(partial, format=kind, dpi=DPI, metadata=metadata)
     return path.with_name(f"{path.name}.png")

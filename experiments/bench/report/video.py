@@ -121,10 +121,10 @@ def read(path: Path, models: Sequence[str] = ()) -> Reel:
         elif entity == "world/arena/obstacles":
             strips = [np.asarray(strip) for strip in batch["LineStrips3D:strips"][0].as_py()]
             reel.obstacles = [strip[:, :2] for strip in strips if not strip[:, 2].any()]
-        elif part and "levels" in names:
-            reel.levels[part[0]] = _flat(batch, "levels").tolist()
         elif chunk.is_static:
             continue
+        elif part and part[1] == "threshold":
+            reel.levels[part[0]] = batch["Scalars:scalars"][0].as_py()
         elif CAMERA.fullmatch(entity):
             found.setdefault(("eyes", entity), []).append(times_of(batch)[None])
         elif "Transform3D:translation" in names:
@@ -279,12 +279,9 @@ class Canvas:
         columns = 1 if len(reel.values) <= 3 else 2
         grid = figure.subplots(-(-len(reel.values) // columns), columns, sharex=True, squeeze=False)
         tints = colours(reel.values)
-        peaks = [np.nanmax(np.abs(series[1])) for model in reel.values.values() for name, series in model.items()
-                 if "/" not in name]  # fmt: skip
-        shared = max([peak for peak in peaks if peak <= 1] + [0.1])
         lanes = dict(zip(reel.values, grid.T.flat, strict=False))
         for model, axes in lanes.items():
-            self._lane(axes, model, tints[model], shared)
+            self._lane(axes, model, tints[model])
             for time_s in moments:
                 axes.axvline(time_s, color="#787878", lw=1)
         for axes in list(grid.T.flat)[len(lanes) :]:
@@ -293,11 +290,11 @@ class Canvas:
             axes.set_xlabel("time (s)")
         return lanes
 
-    def _lane(self, axes: Axes, model: str, tint: str, shared: float) -> None:
+    def _lane(self, axes: Axes, model: str, tint: str) -> None:
         channels, levels = self._reel.values[model], self._reel.levels.get(model, [])
         potentials = {name: series for name, series in channels.items() if "/" not in name}
         spikes = [series for name, series in channels.items() if "/" in name and series[1].any()]
-        high = max([shared, *(np.nanmax(np.abs(values)) for _, values in potentials.values()), *map(abs, levels)])
+        high = max([0.1, *(np.nanmax(np.abs(values)) for _, values in potentials.values()), *map(abs, levels)])
         negative = any((values < -0.05 * high).any() for _, values in [*potentials.values(), *spikes])
         begin, end = self._reel.time_s[0], self._reel.time_s[-1] + 1e-6
         axes.set(xlim=(begin, end), ylim=(-1.3 * high if negative else -0.25 * high, 1.3 * high))
@@ -312,10 +309,7 @@ class Canvas:
             axes.vlines(time_s, edge, edge - high * (0.05 * np.sign(counts) + 0.13 * counts / np.abs(counts).max()),
                         color=tint, lw=2)  # fmt: skip
         looks = ", ".join(f"{channel_title(name)} ({LINES[name][1]})" for name in potentials)
-        limits = f"; threshold {', '.join(f'{level:.3g}' for level in levels if level > 0)}" if levels else ""
-        edges = "; spikes at the edges, above of right or down, below of left or up"
-        shown = edges if spikes and len(self._reel.values) <= 3 else ""
-        axes.set_title(f"{model}: {looks}{limits}{shown}", loc="left")
+        axes.set_title(f"{model}: {looks}; strokes at the edges: spikes", loc="left")
         if self._film:  # what is to come is faint
             veil = axes.axvspan(begin, end, facecolor=(1, 1, 1, 0.8), edgecolor="#3c3c3c", animated=True, zorder=5)
             self._updates[0].append(lambda time_s, _: veil.set_bounds(time_s, -2 * high, end - begin, 4 * high))

@@ -51,17 +51,10 @@ Outlines = tuple[tuple[float, tuple[tuple[float, float], ...]], ...]
 ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
 """Colours of pixels that became brighter, became darker, and did not change."""
 GREY: Colour = (140, 140, 140)
-LINE_WIDTH, DOT_SIZE = 1.5, 2.0
+LINE_WIDTH = 1.5
 """Points of the screen."""
-MARKERS = {
-    "hs": rr.components.MarkerShape.Square,
-    "vs": rr.components.MarkerShape.Circle,
-    "looming": rr.components.MarkerShape.Up,
-}
-"""Channel -> its dots, where another channel of the model has the line."""
-DOTS = {"vs": "dots", "looming": "triangles"}
 SHADES = {"hs": 255, "vs": 255, "looming": 0}
-"""Channel -> the grey that lightens (VS) or darkens (looming) its dots."""
+"""Channel -> the grey that lightens (VS) or darkens (looming) its line, where another has the model's colour."""
 LAYERS = {"p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"}
 MOST_LANES = 4
 """Models below each other; more stand in columns."""
@@ -297,14 +290,12 @@ def static(content: Content) -> tuple[Chunk, ...]:
 
 
 def _looks_of_series(model: Model, models: Sequence[Model]) -> list[Chunk]:
-    """Return a model's series as they look: its colour is that of the figures, a line for its first channel."""
+    """Return a model's series as they look: the colour of the figures for its first channel, shades for the others."""
     tint, root, chunks = rgb(colours(other.label for other in models)[model.label]), model_entity(model.label), []
     for place, channel in enumerate(model.spiking):
         tone = tint if place == 0 else mixed(tint, (SHADES[channel],) * 3, 0.45)
         title = channel_title(channel)
-        line = rr.SeriesLines(colors=tone, names=title, widths=LINE_WIDTH)
-        dots = rr.SeriesPoints(colors=tone, names=title, markers=MARKERS[channel], marker_sizes=DOT_SIZE)
-        chunks.append(fixed(f"{root}/{channel}", dots if place else line))
+        chunks.append(fixed(f"{root}/{channel}", rr.SeriesLines(colors=tone, names=title, widths=LINE_WIDTH)))
         spikes = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, interpolation_mode="StepMid")
         chunks.append(fixed(f"{root}/spikes/{channel}", spikes))
     if "azimuth" in model.channels:
@@ -313,8 +304,7 @@ def _looks_of_series(model: Model, models: Sequence[Model]) -> list[Chunk]:
         names = [f"threshold {level:g} ({', '.join(map(channel_title, owners))})" for level, owners in levels.items()]
         pale = mixed(tint, (255, 255, 255), 0.35)
         look = rr.SeriesLines(colors=[pale] * len(levels), names=names, widths=[1.0] * len(levels))
-        owners = rr.AnyValues(channels=[" ".join(owned) for owned in levels.values()], levels=list(levels))
-        chunks.append(fixed(f"{root}/threshold", look, owners))
+        chunks.append(fixed(f"{root}/threshold", look))
     return chunks
 
 
@@ -395,11 +385,9 @@ def _arena(content: Content) -> list[Chunk]:
         vertex_positions=corners, triangle_indices=np.vstack([lower, upper]), vertex_normals=np.vstack([-ring, -ring]),
         albedo_factor=(196, 196, 190), face_rendering="front",
     )  # fmt: skip
-    disc = rr.Mesh3D(
-        vertex_positions=np.vstack([foot, (0, 0, 0)]) - np.array([0, 0, 0.05]),
-        triangle_indices=np.column_stack([near, near + 1, np.full(64, 65)]),
-        vertex_normals=np.tile([0, 0, 1], (66, 1)), albedo_factor=(235, 235, 231),
-    )  # fmt: skip
+    disc = rr.Cylinders3D(
+        lengths=[0.1], radii=[ARENA_RADIUS_CM], centers=[(0, 0, -0.1)], colors=[(235, 235, 231)], fill_mode="solid"
+    )
     chunks = [
         fixed("world/arena/floor", disc),
         fixed("world/arena/circles", rr.LineStrips3D([*floor, foot], colors=[GREY], radii=[0.08])),
@@ -491,36 +479,23 @@ def _world(content: Content) -> rrb.Spatial3DView:
 
 
 def _lanes(models: Sequence[Model]) -> Any:
-    """Return a lane for each model: potentials above their spikes, the azimuth beside them; in columns if many."""
+    """Return a lane for each model: potentials, and beside them spikes and azimuth; in columns if many."""
     columns = -(-len(models) // MOST_LANES)
-    lanes = [_lane(model, narrow=columns > 2) for model in models]
-    stacks = np.array_split(np.arange(len(lanes)), columns)
-    return rrb.Horizontal(*(rrb.Vertical(*(lanes[place] for place in stack)) for stack in stacks))
+    return rrb.Grid(*(_lane(model, legend=columns == 1) for model in models), grid_columns=columns)
 
 
-def _lane(model: Model, *, narrow: bool) -> Any:
+def _lane(model: Model, *, legend: bool) -> Any:
     place, name = f"/{model_entity(model.label)}", model.label
     potentials = [f"{place}/{channel}" for channel in model.spiking]
     lowest = -0.05 if model.spiking == ["looming"] else -1.05
-    lane = _plot(place, [*potentials, f"{place}/threshold"], heading(model, narrow=narrow), (lowest, 1.05))
-    row = [(3.0, lane)]
+    row = [(3.0, _plot(place, [*potentials, f"{place}/threshold"], name, (lowest, 1.05), legend=legend))]
     if model.levels():
-        told = "spikes" if narrow else f"{name}: spikes; {_signs(model)}"
-        legend = len(model.spiking) > 1 and not narrow
+        told = f"{name}: spikes{' (right, down above 0)' if 'hs' in model.spiking else ''}"
         row.append((2.0, _plot(f"{place}/spikes", [f"{place}/spikes/**"], told, legend=legend)))
     if "azimuth" in model.channels:
-        told = "azimuth" if narrow else f"{name}: azimuth, -1 left to 1 right"
+        told = f"{name}: azimuth, -1 left to 1 right"
         row.append((1.0, _plot(f"{place}/azimuth", [f"{place}/azimuth"], told, (-1.05, 1.05))))
     return rrb.Horizontal(*(view for _, view in row), column_shares=[share for share, _ in row])
-
-
-def _signs(model: Model) -> str:
-    """Return what spikes above and below 0 are of."""
-    signs = {"hs": ("right", "left"), "vs": ("down", "up")}
-    known = [signs[channel] for channel in model.spiking if channel in signs]
-    if not known:
-        return "above 0"
-    return f"above 0 {' or '.join(one for one, _ in known)}, below {' or '.join(other for _, other in known)}"
 
 
 def _plot(
@@ -531,23 +506,8 @@ def _plot(
         origin=origin, contents=list(contents), name=name,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"), axis_y=rrb.ScalarAxis(range=ends) if ends else None,
         background=rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop, visible=legend),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=legend),
     )  # fmt: skip
-
-
-def heading(model: Model, *, narrow: bool = False) -> str:
-    """Return the heading of a model's lane: its channels, how they are drawn, and its thresholds."""
-    if narrow:
-        return model.label
-    drawn = ["line", *(DOTS.get(channel, "squares") for channel in model.spiking[1:])]
-    series = [f"{channel_title(channel)} ({look})" for channel, look in zip(model.spiking, drawn, strict=False)]
-    words = [", ".join(series)]
-    upper = {level: owners for level, owners in model.levels().items() if level > 0}
-    for level, owners in upper.items():
-        sign = "" if owners == ["looming"] else "±"
-        whose = f" of {', '.join(map(channel_title, owners))}" if len(upper) > 1 else ""
-        words.append(f"threshold {sign}{level:.3g}{whose}")
-    return f"{model.label}: {'; '.join(filter(None, words))}" if any(words) else model.label
 
 
 def camera_entity(eye: str) -> str:

@@ -1,6 +1,5 @@
 """The style of figures: colours apart in grey, means and intervals of the data, labels clear of each other, bytes."""
 
-import re
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +7,6 @@ import polars as pl
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from PIL import Image
 
 from experiments.bench.report import style
 from experiments.bench.stats.tests import summarise
@@ -83,17 +81,3 @@ def test_equal_figures_give_equal_bytes(tmp_path):
         return [(tmp_path / f"{name}.{kind}").read_bytes() for kind in ("svg", "png")]
 
     assert written("first") == written("second")
-
-
-@pytest.mark.parametrize("medium", style.SHEETS)
-def test_a_figure_is_as_wide_as_its_medium_in_both_files(tmp_path, medium):
-    token = style.medium.set(medium)
-    path = style.save(Figure(figsize=(style.WIDTH, 2.0)), tmp_path / "figure")
-    style.medium.reset(token)
-    inches, dpi = style.SHEETS[medium]
-    width, height = (float(side) / 72.0 for side in re.findall(r'(?:width|height)="([\d.]+)pt"',
-                     path.with_suffix(".svg").read_text())[:2])  # fmt: skip
-    with Image.open(path) as image:
-        pixels = image.size
-    assert width == pytest.approx(inches, abs=0.01) and pixels[0] == pytest.approx(inches * dpi, abs=1.5)
-    assert height / width == pytest.approx(pixels[1] / pixels[0], rel=0.01)

@@ -84,9 +84,6 @@ def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_a
         root = f"/{model_entity(label)}"
         assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == rgb(tint)
         assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
-        assert [owners.split() for owners in held[f"{root}/threshold"]["channels"][0]] == [
-            ["hs", "vs"], ["hs", "vs"], ["looming"],
-        ]  # fmt: skip
 
 
 def stores(path: Path) -> dict[str, list[str]]:
