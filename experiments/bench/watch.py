@@ -92,8 +92,7 @@ def plan(
     listed = f"colias list parameters {source}, colias list parameters" if entry else "colias list parameters"
     clip = None
     if entry:
-        of_clip = [text for text in texts if text.partition(".")[0] == entry.name]
-        clip = clip_of(entry, collect(of_clip, sections, listed).get(entry.name, {}), jitter_px)
+        clip = clip_of(entry, [text for text in texts if text.partition(".")[0] == entry.name], jitter_px)
     elif seed or jitter_px:
         raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
     shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed) if clip else None)
@@ -101,9 +100,10 @@ def plan(
     return WatchPlan(shown, chosen, seed, judge, clip)
 
 
-def clip_of(entry: StimulusEntry, changes: Mapping[str, str], jitter_px: float) -> Clip:
-    """Return a stimulus with changed parameters, name -> text, before a trembling camera; `UsageError` if not legal."""
-    params = changed(entry.name, entry.params, changes)
+def clip_of(entry: StimulusEntry, texts: Sequence[str], jitter_px: float) -> Clip:
+    """Return a stimulus with ``NAME.PARAM=VALUE`` set, before a trembling camera; `UsageError` if not legal."""
+    changes = collect(texts, {entry.name: entry.params}, f"colias list parameters {entry.name}")
+    params = changed(entry.name, entry.params, changes.get(entry.name, {}))
     try:
         return Clip(entry.name, replace(entry, params=params), (), jitter_px)
     except ValueError as error:

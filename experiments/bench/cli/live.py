@@ -30,7 +30,6 @@ def live(
 
     from threadpoolctl import threadpool_limits
 
-    from experiments.bench.report.terminal import out_console
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.models import shown_models
     from experiments.bench.run.settings import check_counts
@@ -42,7 +41,6 @@ def live(
     from experiments.bench.live.session import Session
 
     page = Page(Session(shown_models(["dsnn"], model, only), assignments or (), seed), port)
-    out_console.print(f"{page.address}  (Ctrl-C ends it)", soft_wrap=True, markup=False)
     if browser:
         webbrowser.open(page.address)
     with threadpool_limits(1):

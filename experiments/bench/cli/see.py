@@ -140,15 +140,12 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
 
     from experiments.bench.run.errors import UsageError
     from experiments.bench.run.recordings import write_pictures
-    from experiments.bench.run.settings import collect
     from experiments.bench.sources.clips import find_stimulus, truth_of
     from experiments.bench.watch import clip_of
 
     if out.suffix:
         raise UsageError(f"--out {out}: a stimulus is written into a folder; colias watch {name} records a video's run")
-    entry = find_stimulus(name)
-    changes = collect(texts, {entry.name: entry.params}, f"colias list parameters {name}").get(entry.name, {})
-    clip = clip_of(entry, changes, jitter).build(seed)
+    clip = clip_of(find_stimulus(name), texts, jitter).build(seed)
     write_pictures(out, np.stack([frame.luma for frame in clip]), ".png")
     rows = [{"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth)} for index, frame in enumerate(clip)]
     pl.DataFrame(rows, infer_schema_length=None).write_csv(out / "truth.csv")

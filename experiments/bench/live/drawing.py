@@ -132,16 +132,13 @@ class Scene:
     def __init__(self, scene: viser.SceneApi) -> None:
         self._scene = scene
         self._frames: dict[str, Any] = {}
-        self.drawn: list[Any] = []
 
     def draw(self, sim: Simulation, camera: CameraConfig) -> None:
         """Draw a trial's arena and robots, and the observer's camera, in place of those before."""
-        for handle in self.drawn:
-            handle.remove()
         model, data, scene = sim.model, sim.data, self._scene
+        scene.reset()
         self._frames = {name: scene.add_frame(f"/{name}", show_axes=False) for name in sim.robots}
-        self.drawn = [*self._frames.values()]  # and with them all that is below them
-        for index in (index for index in range(model.ngeom) if model.geom_group[index] < 3):
+        for index in np.flatnonzero(model.geom_group < 3):
             robot = model.body(model.geom_bodyid[index]).name.partition("/")[0]
             position, rotation = data.geom_xpos[index], data.geom_xmat[index].reshape(3, 3)
             if robot in sim.robots:
@@ -150,11 +147,9 @@ class Scene:
                 position, rotation = turn.T @ (position - base.xpos), turn.T @ rotation
             quaternion = np.zeros(4)
             mujoco.mju_mat2Quat(quaternion, rotation.ravel())
-            name = f"/{robot}/{index}" if robot in sim.robots else f"/world/{index}"
-            mesh = _mesh(model, index)
-            handle = scene.add_mesh_trimesh(name, mesh, wxyz=tuple(quaternion), position=tuple(CM * position))
-            if robot not in sim.robots:
-                self.drawn.append(handle)
+            name = f"/{robot if robot in sim.robots else 'world'}/{index}"
+            mesh = _mesh(model, int(index))
+            scene.add_mesh_trimesh(name, mesh, wxyz=tuple(quaternion), position=tuple(CM * position))
         for name in ROBOTS:
             scene.add_label(f"/{name}/caption", name, position=(-3.0, 0.0, 0.0), anchor="top-center")
         aspect, eye = camera.width / camera.height, (camera.forward_cm, 0.0, camera.up_cm)

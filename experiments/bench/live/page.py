@@ -6,9 +6,7 @@ advances the session. A change that is refused changes nothing: its control retu
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import io
 import math
 import queue
 import time
@@ -24,7 +22,6 @@ from experiments.bench.live.session import ROBOTS, Session
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.play import Sample
 from experiments.bench.run.settings import described, schema_of
-from experiments.bench.sources.conditions import RobotName
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
@@ -77,8 +74,7 @@ class Page:
         self._drawn: object = None
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._controls: list[tuple[Any, Callable[[], Any]]] = []
-        with contextlib.redirect_stdout(io.StringIO()):  # its banner: the command prints the address
-            self.server = viser.ViserServer("127.0.0.1", port, label="colias live", verbose=False)
+        self.server = viser.ViserServer("127.0.0.1", port, label="colias live", verbose=False)
         self.address = f"http://{self.server.get_host()}:{self.server.get_port()}"
         self._build()
 
@@ -188,17 +184,17 @@ class Page:
         server.initial_camera.position, server.initial_camera.look_at = (-34.0, 0.0, 66.0), (5.0, 0.0, 0.0)
         self.scene = Scene(server.scene)
 
-        def drive(robot: RobotName, move: str) -> None:
-            session.drive(robot, *MOVES[move][:2])
-
         for robot in ROBOTS:
             also = "" if robot == "stimulus" else ", with shift"
             group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys J, I, X, K, L{also}")
-            group.on_click(lambda event, robot=robot: ask(partial(drive, robot, str(event.target.value))))
-            for move, (_, _, key) in MOVES.items():
+            group.on_click(
+                lambda event, robot=robot: ask(partial(session.drive, robot, *MOVES[event.target.value][:2]))
+            )
+            for move, (ahead, turn, key) in MOVES.items():
                 shift: Any = None if robot == "stimulus" else "shift"
                 command = gui.add_command(f"{robot}: {move}", hotkey=key, modifier=shift)
-                command.on_trigger(lambda _, robot=robot, move=move: ask(partial(drive, robot, move)))
+                do = partial(session.drive, robot, ahead, turn)
+                command.on_trigger(lambda _, do=do: ask(do))
         speed = gui.add_slider("speed, cm/s", 0.5, 35.0, 0.5, session.speed_cm_s)
         self.follow(speed, lambda value: session.set_speed(float(value)), lambda: session.speed_cm_s)
         pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")

@@ -141,6 +141,11 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     assert command(["run", "--again", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
 
 
+def obstacles(page: Any) -> list[str]:
+    """Return the names of what is drawn of the world."""
+    return [name for name in page.server.scene._handle_from_node_name if name.startswith("/world/")]
+
+
 @needs_viser
 @pytest.mark.filterwarnings("default")
 def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
@@ -163,9 +168,8 @@ def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
     )
     with serving(PORT + 7, lambda: Session(["dsnn"], [f"scene.arena={arena}"])) as page:
         until(lambda: page.session.number > 2)
-        drawn = [handle.name for handle in page.scene.drawn if handle.name.startswith("/world/")]
+        drawn = obstacles(page)
         assert len(drawn) == len(sizes) + 1 + 2, "the obstacles, the floor and the wall"
         page.ask(lambda: page.session.set("scene.light", "0.5"))
         until(lambda: page.session.settings.get("scene.light") == "0.5" and page.session.number > 2)
-        again = [handle.name for handle in page.scene.drawn if handle.name.startswith("/world/")]
-        assert again == drawn
+        assert obstacles(page) == drawn
