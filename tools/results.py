@@ -39,7 +39,6 @@ from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import SIGNS, Count, count_of, totals
 from experiments.bench.stats.verdict import Outcome, Verdict
-from experiments.bench.study import stored as studies
 from experiments.studies.robot import EYES, FIDELITY, WHEELS
 
 ROOT = Path(__file__).parents[1]
@@ -173,6 +172,7 @@ def taken(run: Path) -> dict[str, Any]:
     verdicts = [*stored.verdicts(read(run / "claims.json")), *stored.verdicts(read(run / "behaviours.json"))]
     scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/summary.csv"))]
     commits = {provenance.commit(read_description(table.parent)["source"]) or "unknown" for table in tables_of(run)}
+    fidelity = read(next(run.glob(f"**/{FIDELITY.name}.json")))
     return {
         "design": {name: designed[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": " and ".join(sorted(commits)), **designed["versions"]},
@@ -180,7 +180,7 @@ def taken(run: Path) -> dict[str, Any]:
         "eyes": [
             {"eye": row["point"]["eye"], "drive": row["point"]["wheels"], "claim": row["claim"],
              "count": dataclasses.asdict(count_of(row))}
-            for row in studies(run)[FIDELITY.name]["counts"]
+            for row in fidelity["counts"]
         ],
         "scores": pl.concat(scores, how="diagonal").to_dicts(),
     }  # fmt: skip

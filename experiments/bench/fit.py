@@ -148,15 +148,12 @@ def ask_for(search: Any, box: Box, outside: Sequence[str], size: tuple[int, int]
 
     state = int(np.random.SeedSequence(seed, spawn_key=(number,)).generate_state(1)[0])
     search.sampler = TPESampler(seed=state, constant_liar=True)
-    asked = []
+    asked: list[Any] = []
     renderings, share = size
-    for _ in range(renderings):
+    for place in range(renderings * share):
+        if outside and place % share:
+            search.enqueue_trial({key: asked[-1].params[key] for key in outside})
         asked.append(search.ask(dict(box)))
-        rendered = {key: asked[-1].params[key] for key in outside}
-        for _ in range(share - 1):
-            if rendered:
-                search.enqueue_trial(rendered)
-            asked.append(search.ask(dict(box)))
     return asked
 
 
@@ -308,30 +305,6 @@ class Fitted:
     failures: Sequence[Failure] = ()
 
 
-def conclude(
-    fit: Fit, settings: pl.DataFrame, anew: pl.DataFrame, shares: Mapping[str, float], looks: int,
-    failures: Sequence[Failure],
-) -> Fitted:  # fmt: skip
-    """Return the result of a fit, from its tables."""
-    first, even = anew.row(0, named=True), settings.filter(of="sample")
-    winner = {key: first[key] for key in (text.partition("=")[0] for text in fit.over)}
-    own = settings.row(first["number"], named=True)
-    counted = Count(first["kept"], first["replicates"] - first["kept"])
-    kept = even.filter(pl.col("kept") == pl.col("claims")).height
-    share, luck = Count(kept, even.height - kept), first["in the search"] - first["anew"]
-    few = counted.kind == "counted" and not counted.fails
-    word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
-    word = word if own["kept"] == own["claims"] else "not fitted"
-    low, high = share.interval or (0.0, 1.0)
-    named = ", ".join(f"{key}={value}" for key, value in winner.items())
-    lines = [f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
-             f" {counted} replicates that it never saw",
-             f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
-             " the box",
-             f"luck of the search: {luck:.4g}; its fresh seeds were looked at {looks} times"]  # fmt: skip
-    return Fitted(fit, settings, anew, winner, word, share, luck, shares, looks, lines, failures)
-
-
 # Running it.
 
 
@@ -353,9 +326,6 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Box, list[str]]:
         plan = sweep_plan.planned(study_of(fit, corners, again=again), seed)
         if not plan.claims:
             raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
-        for claim, _ in plan.claims if plan.things == "trials" else ():
-            if min(plan.repeats) < claim.least:
-                raise UsageError(f"--repeats {min(plan.repeats)}: {claim.id} needs {claim.least} of each condition")
     return box, outside
 
 
@@ -420,17 +390,31 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
         even = spread(box, fit.sample, seed)
         sample = play(f"sample-{fit.sample}", even, seed + SAMPLE, fit.study.replicates)
     looks = len([folder for folder in out.glob("held-out-*") if begun(folder)])
-    tables = pl.concat([found, table("sample", even, sample)]), again_table(settings, best, searched, anew)
-    fitted = conclude(fit, *tables, importance(search), looks, failures)
-    low, high = fitted.share.interval or (None, None)
-    counted = {"kept": fitted.share.holds, "of": fitted.share.replicates, "low": low, "high": high}
-    named = ("sentences", "winner", "word", "luck", "looks", "importance", "failures")
+    filled, rows = table("sample", even, sample), again_table(settings, best, searched, anew)
+    first, own = rows.row(0, named=True), found.row(best[0], named=True)
+    winner = settings[best[0]]
+    counted = Count(first["kept"], first["replicates"] - first["kept"])
+    kept = filled.filter(pl.col("kept") == pl.col("claims")).height
+    share, luck = Count(kept, filled.height - kept), first["in the search"] - first["anew"]
+    few = counted.kind == "counted" and not counted.fails
+    word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
+    word = word if own["kept"] == own["claims"] else "not fitted"
+    low, high = share.interval or (0.0, 1.0)
+    named = ", ".join(f"{key}={value}" for key, value in winner.items())
+    lines = [f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
+             f" {counted} replicates that it never saw",
+             f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
+             " the box",
+             f"luck of the search: {luck:.4g}; its fresh seeds were looked at {looks} times"]  # fmt: skip
+    fitted = Fitted(fit, pl.concat([found, filled]), rows, winner, word, share, luck, importance(search), looks, lines,
+                    failures)  # fmt: skip
     files = Files(out)
     files.write_rows("fit.csv", fitted.settings.to_dicts())
-    files.write_rows("anew.csv", fitted.anew.to_dicts())
+    files.write_rows("anew.csv", rows.to_dicts())
     files.write_json("fit.json", {
-        "fit": fit.study.name, "summary": fit.study.summary, "share": counted,
-        **{name: getattr(fitted, name) for name in named},
+        "fit": fit.study.name, "summary": fit.study.summary, "sentences": lines, "winner": winner, "word": word,
+        "share": {"kept": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
+        "looks": looks, "importance": fitted.importance, "failures": failures,
     })  # fmt: skip
     style.save(report.draw(fitted), out / "fit")
     return fitted

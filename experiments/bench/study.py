@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -197,16 +196,3 @@ def called(name: str) -> Study | None:
     folder = path.resolve().parent
     experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
     return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))
-
-
-def stored(folder: Path) -> dict[str, dict[str, Any]]:
-    """Return the studies in a folder, or one level below: name -> the contents of its ``NAME.json``.
-
-    Of several of a name that in the folder itself counts, or else the first.
-    """
-    found: dict[str, dict[str, Any]] = {}
-    for path in (*sorted(folder.glob("*.json")), *sorted(folder.glob("*/*.json"))):
-        document = json.loads(path.read_text(encoding="utf-8"))
-        if isinstance(document, dict) and document.get("study") == path.stem and "counts" in document:
-            found.setdefault(path.stem, document)
-    return found

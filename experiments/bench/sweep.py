@@ -31,8 +31,6 @@ from experiments.bench.stats.verdict import Outcome, together
 from experiments.bench.study import TOGETHER, Study, called
 from experiments.bench.sweep_plan import EVERY_MODEL, Plan, planned
 
-NAME = "sweep"
-"""Name of a sweep that is no study."""
 MOST_SLACK = 100.0
 """Slack at which each claim is clipped, in smallest differences."""
 Replicates = Mapping[tuple[Point, str], Sequence[Replicate]]
@@ -282,7 +280,7 @@ def typed(experiment: str, over: Sequence[str] = (), **given: Any) -> Study:
         if not names:
             raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
         summary = "claims and numbers over a grid of parameters"
-        study = Study(NAME, summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
+        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
     return dataclasses.replace(study, **{name: value for name, value in given.items() if value is not None})
 
 

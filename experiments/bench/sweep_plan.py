@@ -231,8 +231,6 @@ def planned(
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
         raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
-    if not on_robot and study.over and study.repeats is not None:
-        raise UsageError(f"--repeats {study.repeats}: a replicate has each clip once; --replicates has more seeds")
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
@@ -271,31 +269,24 @@ def planned(
     if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
     there = {(point, name) for point, name, *_ in shares}
-    return Plan(
-        study, claims, measures, axes,
-        tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there), seed,
-        tuple(part.repeats for part in parts), tuple(specs), shares,
-        _description(study, seed, axes, claims, measures, parts, specs, parameters), parameters,
-    )  # fmt: skip
-
-
-def _description(
-    study: Study, seed: int, axes: Mapping[str, Levels], claims: Sequence[tuple[Any, str]], measures: Sequence[Any],
-    parts: Sequence[Part], specs: Sequence[Any], parameters: Parameters,
-) -> dict[str, Any]:  # fmt: skip
-    """Return the contents of ``run.json``."""
     variants = {model.label: model for spec in specs for model in spec.models}
     files = [path for part in parts for path in part.described["files"]]
     sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
     changes = {key: value for part in parts for key, value in part.described["changed"].items()}
-    return {
+    description = {
         **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
         "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
-        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | dict(parameters), "axes": axes,
+        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters, "axes": axes,
         "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
+    return Plan(
+        study, claims, measures, axes,
+        tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there), seed,
+        tuple(part.repeats for part in parts), tuple(specs), shares,
+        description, parameters,
+    )  # fmt: skip
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:

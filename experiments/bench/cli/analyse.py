@@ -89,8 +89,8 @@ def sweep(
     """Run replicates of experiments at every point of a grid, and count in how many each claim holds.
 
     A replicate has all conditions, or clips, at one seed; replicate k has the seed --seed + k. Writes the trials,
-    outcomes.csv (a row per point, model, claim and replicate), counts.csv, NAME.json and a figure. In the folder of a
-    reproduction the next report shows a study. The exit status is 0 whatever the counts are, and 1 if trials failed.
+    outcomes.csv (a row per point, model, claim and replicate), counts.csv, NAME.json and a figure. The exit status is
+    0 whatever the counts are, and 1 if trials failed.
     """
     from experiments.bench import sweep as sweeps
     from experiments.bench.report.sweep import show
@@ -105,9 +105,7 @@ def sweep(
         repeats=repeats, replicates=replicates,
     )  # fmt: skip
     plan = planned(study, seed)
-    folder = options.results_folder(
-        out, f"sweep-{'-'.join(plan.experiments)}" if study.name == sweeps.NAME else study.name
-    )
+    folder = options.results_folder(out, study.name)
     result = sweeps.run(plan, folder, means)
     if not quiet:
         show(result, folder)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from experiments.bench.report import style, terminal
 
 SHOWN = 5
-"""Parameters that are drawn, of those on which the slack turns most, and settings that are printed."""
+"""Parameters that are drawn, of those on which the slack turns most."""
 
 
 def draw(fitted: Any) -> Figure:
@@ -48,7 +48,5 @@ def show(fitted: Any, folder: Path) -> None:
     """Print the result, the settings judged again, and where everything is."""
     for line in fitted.sentences:
         terminal.out_console.print(line)
-    best = fitted.anew["number"].unique(maintain_order=True)[:SHOWN]
-    shown = fitted.anew.filter(pl.col("number").is_in(best.implode()))
-    terminal.show(shown, f"judged again, the first {SHOWN} (anew.csv has all)")
+    terminal.show(fitted.anew.filter(name=fitted.anew["name"][0]), "judged again (anew.csv has each claim)")
     terminal.show_places({"figure": folder / "fit.png", "settings": folder / "fit.csv", "anew": folder / "anew.csv"})

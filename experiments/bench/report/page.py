@@ -20,7 +20,7 @@ from experiments.bench.sources.judge import flaws
 from experiments.bench.stats.claim import claims_on, title_of, words
 from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
 from experiments.bench.stats.verdict import Verdict
-from experiments.bench.study import WHOLE, stored
+from experiments.bench.study import WHOLE
 from experiments.claims.clips import ASSUMED
 from experiments.claims.readings import CHOSEN_FOR, READINGS, used_to_choose
 from experiments.studies.clips import compares_with, constants_text, outcomes
@@ -147,11 +147,10 @@ def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
     for played in result.behaviours:
         text = f"The measures of each behaviour in {played.description['env']}."
         yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", result)
-    for name, study in stored(result.folder).items():
-        repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
-        text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
-        path = next(result.folder.glob(f"**/{name}.svg"), result.folder)
-        yield _section("What the claims survive", name, text, path, result)
+    for plan in (counts.plan for counts in result.studies):
+        name, repeats = plan.study.name, f" of {plan.repeats[0]} repeats" if plan.repeats[0] else ""
+        text = f"{plan.study.summary}: {plan.study.replicates} replicates{repeats}, from seed {plan.seed}."
+        yield _section("What the claims survive", name, text, result.folder / f"{name}.svg", result)
 
 
 def _section(chapter: str, name: str, text: str, path: Path, result: Reproduction) -> dict[str, Any]:
