@@ -12,7 +12,6 @@ from experiments import OFFLINE
 from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
-from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import FRAMES, Trial, play
@@ -110,11 +109,6 @@ def plan(
     count = experiment.repeats if repeats is None else repeats
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option)
-    stimuli = {clip.entry.name for clip in experiment.clips}
-    for text in assignments:
-        if text.partition(".")[0] in stimuli:
-            declared = "set in its file, as Clip(name, stimulus, {parameter: value})"
-            raise UsageError(f"--set {text}: the stimuli of {experiment.name} are {declared}")
     chosen, _ = watchers(models, assignments)
     return OfflinePlan(experiment, experiment.trials(chosen, count, seed, pictures), count, seed, pictures)
 

@@ -33,7 +33,7 @@ MEASURES = {"response": "peak above rest", "spikes": "spikes", "angle_deg": "fir
 """What is drawn of approaches."""
 ENDS = ("not_defined", "_low", "_high", "_inside")
 """Ends of the names of columns of ``preferences.csv`` that are not printed."""
-NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. n.d.: not defined. See docs/how-to/.\n"
+NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. Blank: not shown, or not defined."
 
 
 def draw(family: Any, points: pl.DataFrame, changed: Row) -> Figure:
@@ -115,19 +115,10 @@ def _map(axes: Axes, own: pl.DataFrame) -> None:
 
 def show(preferences: Sequence[Row]) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
-    cells = pl.DataFrame([{name: _cell(row, name) for name in row if not name.endswith(ENDS)} for row in preferences])
-    terminal.show(cells.select(pl.col(name) for name in cells.columns if set(cells[name]) != {"-"}))
+    table = pl.DataFrame(preferences, infer_schema_length=None)
+    prefers = pl.when(pl.col("dsi") >= curves.SOME_DSI).then("prefers_deg").alias("prefers_deg")
+    names = [name for name in table.columns if not name.endswith(ENDS) and table[name].count()]
+    terminal.show(table.with_columns(prefers).select(names).with_columns(pl.selectors.float().round(2)))
     terminal.out_console.print(NOTE)
-    for row in preferences:
-        if row["not_defined"]:
-            terminal.out_console.print(f"{row['model']}: not defined: {row['not_defined']}")
-
-
-def _cell(row: Row, name: str) -> str:
-    """Return a preference as the table has it: no direction of a model that prefers none."""
-    value = row[name]
-    if f"{name}: " in row["not_defined"]:
-        return "n.d."
-    if value is None or (name == "prefers_deg" and row["dsi"] < curves.SOME_DSI):
-        return "-"
-    return value if isinstance(value, str) else f"{value:z.2f}"
+    for model, why in table.filter(pl.col("not_defined") != "").select("model", "not_defined").rows():
+        terminal.out_console.print(f"{model}: not defined: {why}")
