@@ -37,7 +37,6 @@ from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
-from experiments.bench.sources.pictures import Pictures
 from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.study import Study
@@ -130,20 +129,20 @@ def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]
     return [text for text in assignments if knows(base, text.partition("=")[0])]
 
 
-def robot_part(declared: Experiment, study: Study, seed: int, pictures: Pictures | None, models: Sequence[str]) -> Part:
+def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[str]) -> Part:
     """Return an experiment with the robot, shown to models, as a part of a sweep."""
     assignments = _applying(study.assignments, trials.sections(declared, models))
 
     def planned(over: Mapping[str, str]) -> trials.Plan:
         texts = [*assignments, *(f"{key}={value}" for key, value in over.items())]
-        return trials.plan(declared, models, texts, study.repeats, seed, pictures)
+        return trials.plan(declared, models, texts, study.repeats, seed)
 
     def render(over: Mapping[str, str]) -> Any:
         part = planned(over)
 
         def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
             settings = dataclasses.replace(part.settings, models=shown)
-            found = dataclasses.replace(part, settings=settings).replicate(replicate).specs()
+            found = dataclasses.replace(part, settings=settings, seed=part.seed + replicate).specs()
             return [dataclasses.replace(spec, repeat=replicate * part.repeats + spec.repeat) for spec in found]
 
         return part.experiment.conditions(), specs
@@ -156,9 +155,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, pictures: Pictures
     return Part(whole.experiment, settings.models, base, whole.repeats, render, described)
 
 
-def clips_part(
-    declared: OfflineExperiment, study: Study, seed: int, pictures: Pictures | None, needed: Collection[str] | None
-) -> Part:
+def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Collection[str] | None) -> Part:
     """Return clips as a part of a sweep; a key of a stimulus is of each of its clips.
 
     ``needed`` has the labels of the experiment's own models that are shown too; ``None``: all of them.
@@ -177,12 +174,12 @@ def clips_part(
         moved = _with_values(whole, over)
 
         def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
-            every = moved.trials(variants, study.replicates, seed, pictures)
+            every = moved.trials(variants, study.replicates, seed)
             return [trial for trial in every if trial.repeat == replicate]
 
         return [clip.build(seed).params for clip in moved.clips], specs
 
-    described = {**clips.described_scenes(whole.clips, study.replicates, pictures),
+    described = {**clips.described_scenes(whole.clips, study.replicates, None),
                  "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
     return Part(whole, models, base, 1, render, described)
 
@@ -201,12 +198,10 @@ def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> Offl
 def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     """Return an experiment as a part of a sweep, with the models of the study alone."""
     part: Any = clips_part if isinstance(declared, OfflineExperiment) else robot_part
-    return part(declared, study, seed, None, () if part is clips_part else study.models)  # type: ignore[no-any-return]
+    return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
-def planned(
-    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, pictures: Pictures | None = None
-) -> Plan:
+def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> Plan:
     """Check a study and list all its trials.
 
     Parameters
@@ -217,8 +212,6 @@ def planned(
         Of replicate 0; replicate k has ``seed`` + k.
     models_in
         Experiment -> the models shown there, all judged together, in place of the study's.
-    pictures
-        One for each replicate, behind the objects of clips in place of the scenes, or on the arena's wall.
 
     Raises
     ------
@@ -243,9 +236,9 @@ def planned(
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
         parts.append(
-            robot_part(experiment, study, seed, pictures, (models_in or {}).get(experiment.name, study.models))
+            robot_part(experiment, study, seed, (models_in or {}).get(experiment.name, study.models))
             if on_robot
-            else clips_part(experiment, study, seed, pictures, None if study.claim_at else needed)
+            else clips_part(experiment, study, seed, None if study.claim_at else needed)
         )
     axes = _axes(study, parts)
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}

@@ -63,17 +63,7 @@ class Plan:
     declared: Design | None = None
     """The experiment's design before ``--set`` changed it."""
     pictures: Pictures | None = None
-    """The wall of the arena has one of them in each replicate; a run is replicate 0."""
-
-    def replicate(self, number: int) -> Plan:
-        """Return the plan of another replicate: its seed, and the picture on its wall."""
-        return dataclasses.replace(self, seed=self.seed + number, settings=self._walled(number))
-
-    def _walled(self, replicate: int) -> Settings:
-        if self.pictures is None:
-            return self.settings
-        scene = dataclasses.replace(self.settings.scene, wall=self.pictures.of(replicate))
-        return dataclasses.replace(self.settings, scene=scene)
+    """The wall of the arena has the first of them: a run is replicate 0."""
 
     @property
     def thresholds(self) -> dict[str, float | None]:
@@ -202,7 +192,11 @@ def plan(
     whole = Plan(*configure(experiment, models, assignments), count, seed, experiment.design, pictures)
     if pictures and whole.settings.scene.wall:
         raise UsageError(f"--set scene.wall={whole.settings.scene.wall}: --pictures sets the wall; give one of them")
-    whole = whole.replicate(0)
+    if pictures:
+        settings = dataclasses.replace(
+            whole.settings, scene=dataclasses.replace(whole.settings.scene, wall=pictures.of(0))
+        )
+        whole = dataclasses.replace(whole, settings=settings)
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option)
     course.check(whole.experiment.conditions(), whole.settings)

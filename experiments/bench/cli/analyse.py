@@ -31,7 +31,6 @@ def reproduce(
     out: options.Out = None,
     model: options.Models = None,
     experiment: Annotated[list[str] | None, typer.Option(help="An experiment to add: a name or a .py file.")] = None,
-    pictures: options.OwnPictures = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
@@ -55,8 +54,7 @@ def reproduce(
     check_counts(seed)
     means = options.resources(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
-    models, walls = (*whole.BESIDE, *(model or ())), options.own_pictures(pictures)
-    plans = whole.planned(scale, seed, models, experiment or (), robot_only, walls)
+    plans = whole.planned(scale, seed, (*whole.BESIDE, *(model or ())), experiment or (), robot_only)
     result = whole.reproduce(options.results_folder(out, "reproduce"), plans, means)
     page.write(result)
     if not quiet:

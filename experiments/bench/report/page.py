@@ -23,7 +23,7 @@ from experiments.bench.stats.verdict import Verdict
 from experiments.bench.study import WHOLE
 from experiments.claims.clips import ASSUMED
 from experiments.claims.readings import CHOSEN_FOR, READINGS, used_to_choose
-from experiments.studies.clips import compares_with, constants_text, outcomes
+from experiments.studies.clips import compares_with
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 SILENT = "The model hardly responds to translations either, so that it satisfies the claim by being silent."
@@ -53,7 +53,7 @@ def page(result: Reproduction) -> str:
     return render(
         "report/page.html.j2",
         summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in result.claims])],
-        scale=result.plans.scale, seed=result.plans.seed, amount=result.plans.amount(), whole=WHOLE,
+        scale=result.plans.scale, seed=result.plans.seed, whole=WHOLE,
         full=FULL.replicates, least=LEAST_JUDGED,
         panels=data_uri(result.folder / "panels.svg"),
         groups=sorted(group(claims, "group").items()), chapters=sections, headings=GROUPS,
@@ -114,22 +114,14 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
             "Mechanism": f"{experiment}: {drawn}" if experiment else "",
         }
         if claim.equal is not None and again is not None:
-            terms = claims_on("clips")[claim.id].equal_terms.items()
-            rivals = ", ".join(f"{equal} for {label}" for label, equal in terms)
-            evidence["On equal terms"] = (
-                f"{rivals}: {claim.equal.sentence()}; replicate 0, {again.verdict}: {again.deciding}"
-            )
+            rivals = ", ".join(claims_on("clips")[claim.id].equal_terms.values())
+            evidence["On equal terms"] = f"{rivals}: {claim.equal.sentence()}; replicate 0: {again.deciding}"
     chosen = ", ".join(reading for reading in used_to_choose(claim.id) if reading in CHOSEN_FOR)
-    other, constants = compares_with(claim.id), [
-        f"in replicate 0 {constants_text(outcomes(study, claim.id))}"
-        for study in result.studies
-        if study.plan.study.name.startswith("constants-") and claim.id in {asked.id for asked, _ in study.plan.claims}
-    ]  # fmt: skip
     return evidence | {
         "Used to choose": f"{chosen}: the claim is no test of what it was used to choose" if chosen else "",
         **{f"With {row['under']}": row["came_to"] for row in result.readings if row["claim"] == claim.id},
         "With the robot's own eye and wheels": asked.eye,
-        "Assumed of the other model": "; ".join([*([ASSUMED[other]] if other else ()), *constants]),
+        "Assumed of the other model": ASSUMED.get(compares_with(claim.id), ""),
     }
 
 

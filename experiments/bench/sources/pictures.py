@@ -24,17 +24,14 @@ class Pictures:
         Their absolute paths.
     digests
         SHA-256 of each: a run is not gone on with where a picture has changed.
-    first
-        The replicate, of a whole, that replicate 0 of this part of it is.
     """
 
     files: tuple[str, ...]
     digests: tuple[str, ...]
-    first: int = 0
 
     def of(self, replicate: int) -> str:
         """Return the path of a replicate's picture. After the last one the first comes again."""
-        return self.files[(self.first + replicate) % len(self.files)]
+        return self.files[replicate % len(self.files)]
 
     def described(self) -> list[str]:
         """Return what ``run.json`` has of them: each name with its digest."""

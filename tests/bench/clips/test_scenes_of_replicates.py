@@ -11,7 +11,6 @@ from dsnn.stimuli import SCENES
 from experiments import Clip, Study
 from experiments.bench import registry, sweep_plan
 from experiments.bench.offline import plan, play_clip
-from experiments.bench.reproduce import replicates_plan
 from experiments.bench.run.description import differences
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import to_json
@@ -85,17 +84,11 @@ def test_replicate_r_has_picture_r_in_the_order_of_names(tmp_path):
         assert path == str(tmp_path / "own" / name)
 
 
-def test_the_wall_has_picture_r_in_replicate_r(tmp_path):
+def test_the_wall_has_the_first_picture(tmp_path):
     user_pictures = folder_pictures(pictures_in(tmp_path / "own", "1.png", "2.png", "3.png"))
     trial_plan = robot_plan(registry.load("general"), ["dsnn"], (), 2, 5, user_pictures)
     assert {spec.settings.scene.wall for spec in trial_plan.specs()} == {user_pictures.files[0]}
     assert "scene.wall" not in trial_plan.changed()  # as a replicate's wall is no setting of all trials
-    study = Study("s", "", claims=("C13",), experiments=("general",), repeats=10, replicates=4)
-    specs = sweep_plan.planned(study, 5, pictures=user_pictures).specs
-    walls = [next(s.settings.scene.wall for s in specs if s.repeat // 10 == k) for k in range(4)]
-    assert walls == [user_pictures.files[k % 3] for k in range(4)]
-    others = replicates_plan(2, 3, 6, pictures=dataclasses.replace(user_pictures, first=1)).specs
-    assert [s.settings.scene.wall for s in (others[0], others[-1])] == [user_pictures.files[1], user_pictures.files[2]]
     with pytest.raises(UsageError, match="give one of them"):
         robot_plan(registry.load("general"), ["dsnn"], [f"scene.wall={user_pictures.files[0]}"], 2, 5, user_pictures)
 
