@@ -223,38 +223,26 @@ def _level(rows: pl.DataFrame, column: str) -> str:
 
 
 def _curves(parts: Sequence[Part], thresholds: Thresholds) -> tuple[Figure, str]:
-    """Draw responses along a parameter: a row for each model with a panel for each part, of one part only panels."""
+    """Draw responses along a parameter: a row for each model, a column for each part."""
     models = list(dict.fromkeys(model for _, rows, _, _ in parts for model in style.levels(rows, "model")))
-    several, count = len(parts) > 1, len(parts) * len(models)
-    across = len(parts) if several else min(count, 4)
-    down = -(-count // across)
-    drawn = _page(down, 1.9, 1.3)
-    panels = style.grid(drawn, count, across, sharex="col" if several else False, sharey="row" if several else "all")
+    drawn = _page(len(models), 1.9, 1.3)
+    grid = drawn.subplots(len(models), len(parts), squeeze=False, sharex="col", sharey="row")
     ends, unit = {}, parts[0][1]["speed_unit"][0]
     largest = dict(pl.concat(rows for _, rows, _, _ in parts).group_by("model").agg("response").iter_rows())
     for place, (name, rows, along, by) in enumerate(parts):
-        words = course_finding(rows, along, by)
-        words = f"{name}: {words}" if name else words
-        for row, model in enumerate(models):
-            axes = panels[row * len(parts) + place]
+        for axes, model in zip(grid[:, place], models, strict=True):
             ends[axes] = _lines(axes, rows.filter(model=model), along, by)
             axes.axhline(0.0, color=style.INK, lw=0.4)
-            level, most = thresholds.get(model), max(largest[model] if several else rows["response"])
-            style.threshold(axes, level, name="" if place else f"threshold {level or 0.0:.3g}", most=3.0 * most)
+            level, most = thresholds.get(model), 3.0 * max(largest[model])
+            style.threshold(axes, level, name="" if place else f"threshold {level or 0.0:.3g}", most=most)
             if along == "px_a_frame":
                 axes.set_xscale("log")
                 style.plain_numbers(axes, "x", sorted(rows[along].unique())[::2])
-            if not several:
-                axes.set_title(style.wrapped(model, style.WIDTH / across - 0.5, style.SMALL), fontsize=style.SMALL)
-            elif place == 0:
-                style.row_name(axes, model)
-        if several:
-            style.finding(panels[place], style.sentence(words), "abcdefgh"[place])
-        else:
-            style.headline(drawn, style.sentence(words))
-            style.decades(axes, rows["response"])
-        for axes in [panels[place - across]] if several else panels[(down - 1) * across :]:
-            axes.set_xlabel(style.wrapped(AXES[along].format(unit=unit), style.WIDTH / across - 0.3))
+        words = style.sentence(": ".join(filter(None, (name, course_finding(rows, along, by)))))
+        style.finding(grid[0, place], words, "abcdefgh"[place])
+        grid[-1, place].set_xlabel(style.wrapped(AXES[along].format(unit=unit), style.WIDTH / len(parts) - 0.3))
+    for axes, model in zip(grid[:, 0], models, strict=True):
+        style.row_name(axes, model)
     for axes in ends:
         axes.margins(y=0.1)
         axes.set_ylim(bottom=0.0)

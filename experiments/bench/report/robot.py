@@ -217,7 +217,7 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> No
     if words:
         axes.set_xticks(range(len(levels)), [level_text(level).replace(" ", "\n") for level in levels])
         axes.tick_params(axis="x", labelrotation=90 if len(levels) > 3 else 0)
-    axes.margins(y=0.08)
+    axes.margins(x=0.08, y=0.08)
     if shown.min().min_horizontal().item() >= 0.0:
         axes.set_ylim(0.0, 1.08 * axes.dataLim.y1 or 1.0)
     if axes.dataLim.y1 == axes.dataLim.y0 == 0.0:

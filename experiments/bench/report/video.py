@@ -7,9 +7,7 @@ that a recording may be long.
 from __future__ import annotations
 
 import contextlib
-import subprocess
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -41,10 +39,10 @@ Update = Callable[[float, Mapping[str, Picture | None]], object]
 """Moves what moves to a time, at which these pictures are seen."""
 EXTRA = "the extra [video] (imageio-ffmpeg is not installed): pip install 'colias-sim[video]'"
 CODING = {
-    ".mp4": "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -c:v libx264 -pix_fmt yuv420p -crf 20 -movflags +faststart -f mp4",
-    ".webp": "-c:v libwebp_anim -pix_fmt yuv420p -quality 75 -loop 0 -f webp",
+    ".mp4": ("libx264", "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -crf 20 -movflags +faststart -f mp4"),
+    ".webp": ("libwebp_anim", "-quality 75 -loop 0 -f webp"),
 }
-"""Ending -> options of ffmpeg. H.264 has even sizes only."""
+"""Ending -> codec and options of ffmpeg. H.264 has even sizes only."""
 MOST_MODELS, MOST_HZ = 8, 120.0
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
@@ -385,11 +383,17 @@ def make(
     int
         The number of frames.
     """
+    import imageio_ffmpeg
+
     times, shown = film_times(reel, rate, speed)
-    canvas = Canvas(reel, size or (1280, 720))
-    with writer(out, canvas.figure.canvas.get_width_height(), shown) as take:
+    canvas, (codec, options) = Canvas(reel, size or (1280, 720)), CODING[out.suffix]
+    with replacing(out) as partial, contextlib.closing(imageio_ffmpeg.write_frames(
+        str(partial), canvas.figure.canvas.get_width_height(), fps=shown, codec=codec, quality=None,
+        macro_block_size=1, ffmpeg_log_level="fatal", output_params=options.split(),
+    )) as film:  # fmt: skip
+        film.send(None)
         for time_s, seen in zip(times.tolist(), _seen(reel, times.tolist()), strict=True):
-            take(canvas.frame(time_s, seen))
+            film.send(np.ascontiguousarray(canvas.frame(time_s, seen)))
             advance()
     return len(times)
 
@@ -410,33 +414,6 @@ def require_encoder(asked: str) -> None:
         import imageio_ffmpeg  # noqa: F401
     except ImportError:
         raise UsageError(f"{asked} needs {EXTRA}") from None
-
-
-@contextmanager
-def writer(out: Path, size: tuple[int, int], rate: float) -> Iterator[Callable[[Picture], object]]:
-    """Open a file of moving pictures; yields what takes its frames, (H, W, 3) uint8, one after the other.
-
-    The file has its name once it is whole. Raises ``OSError`` if it cannot be written.
-    """
-    import imageio_ffmpeg
-
-    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", f"{rate}", "-i", "-"]
-    with replacing(out) as partial:
-        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", *source, "-an", *CODING[out.suffix].split(), "-v", "fatal"]
-        # Ctrl-C is meant for this process, which then ends the encoder.
-        process = subprocess.Popen([*command, str(partial)], stdin=subprocess.PIPE, start_new_session=True)
-        assert process.stdin is not None
-        pipe = process.stdin
-        try:
-            yield lambda frame: pipe.write(np.ascontiguousarray(frame).data)
-            pipe.close()
-            if status := process.wait():
-                raise OSError(f"{out}: ffmpeg ended with status {status}")
-        finally:
-            process.kill()
-            with contextlib.suppress(OSError):
-                pipe.close()
-            process.wait()
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:

@@ -185,21 +185,11 @@ def write(
     """
     chunks = [*static(content), *moving(content, frames), *_paths(frames), *more]
     chunks += [Chunk.from_property(group, values) for group, values in (properties or {}).items()]
-    return packed(chunks, layout_chunks(content), name, identity)
-
-
-def known(values: Mapping[str, Any]) -> rr.AnyValues:
-    """Return values as a recording's properties, without those that are ``None``."""
-    return rr.AnyValues(**{name: value for name, value in values.items() if value is not None})
-
-
-def packed(chunks: Sequence[Chunk], layout: Sequence[Chunk], name: str, identity: str | None = None) -> bytes:
-    """Return chunks and a layout as the bytes of an .rrd file, and leave neither memory nor threads of it behind."""
     stream = rr.RecordingStream(APPLICATION, recording_id=identity)
     try:
         # In memory, not in a file: on a full disk a flush of Rerun's own writer of files may never return.
         memory = rr.binary_stream(stream)
-        send_layout(stream, layout)
+        send_layout(stream, layout_chunks(content))
         stream.send_recording_name(name)
         stream.send_chunks(chunks)
         recording = memory.read(flush=True)
@@ -212,41 +202,37 @@ def packed(chunks: Sequence[Chunk], layout: Sequence[Chunk], name: str, identity
         rr.init(APPLICATION, init_logging=False)
 
 
+def known(values: Mapping[str, Any]) -> rr.AnyValues:
+    """Return values as a recording's properties, without those that are ``None``."""
+    return rr.AnyValues(**{name: value for name, value in values.items() if value is not None})
+
+
 def send_layout(stream: rr.RecordingStream, layout: Sequence[Chunk]) -> None:
     """Do what ``stream.send_blueprint`` does, with a layout that is encoded already, and end the layout's own stream.
 
     That call leaves it alive, with two threads, in every recording made. It cannot be reached from outside, so this
     uses the functions by which Rerun 0.41 itself does it; ``tests/bench/run/test_record.py`` fails when they move.
     """
-    blueprint = _blueprint_stream()
+    blueprint = rr.RecordingStream._from_native(
+        rerun_bindings.new_blueprint(
+            application_id=APPLICATION, make_default=False, make_thread_default=False, default_enabled=True
+        )
+    )
     memory: Any = blueprint.memory_recording()
     blueprint.send_chunks(layout)
     rerun_bindings.send_blueprint(memory.storage, False, True, recording=stream.to_native())
     blueprint.disconnect()
 
 
-def _blueprint_stream() -> rr.RecordingStream:
-    return rr.RecordingStream._from_native(
-        rerun_bindings.new_blueprint(
-            application_id=APPLICATION, make_default=False, make_thread_default=False, default_enabled=True
-        )
-    )
-
-
-def encoded(layout: rrb.Blueprint) -> tuple[Chunk, ...]:
-    """Return a layout as chunks."""
+@lru_cache(maxsize=8)
+def layout_chunks(content: Content) -> tuple[Chunk, ...]:
+    """Return the layout of a content as chunks, encoded once."""
     with tempfile.TemporaryDirectory(prefix="colias-") as folder:
         path = Path(folder) / "layout.rbl"
-        layout.save(APPLICATION, str(path))
+        page(views(content)).save(APPLICATION, str(path))
         reader = RrdReader(path)
         (store,) = reader.blueprints()
         return tuple(reader.stream(store=store).to_chunks())
-
-
-@lru_cache(maxsize=8)
-def layout_chunks(content: Content) -> tuple[Chunk, ...]:
-    """Return the layout of a content, encoded once."""
-    return encoded(page(views(content)))
 
 
 def times(time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
@@ -562,5 +548,5 @@ def end(growing: rr.RecordingStream, patience_s: float) -> str:
         return str(error)
     finally:
         growing.disconnect()
-        rr.init(APPLICATION, init_logging=False)  # or the stream's threads stay: see `packed`
+        rr.init(APPLICATION, init_logging=False)  # or the stream's threads stay: see `write`
     return ""
