@@ -201,15 +201,14 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
         folder.enter(plan.describe())
         count = 0 if source.count is None else source.count
         with (
-            interrupts.once(source.interrupt),
+            interrupts.once(source.stop),
             _recorder(plan, folder.recording(0) if recordings else None, view=view) as recorder,
             progress(source.label(), count, quiet or not count, "frames") as advance,
         ):
 
             def see(showing: Showing) -> None:
                 recorder.see(showing)
-                if not quiet:  # it costs as much as a tenth of a model's step
-                    advance()
+                advance()
 
             try:
                 folder.add(play(trial, images=False, watch=see), source.label(), plan.seed)

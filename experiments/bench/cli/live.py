@@ -15,7 +15,6 @@ def live(
     assignments: options.Assignments = None,
     seed: options.Seed = 0,
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of the page, on this machine.")] = 8099,
-    browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
 ) -> int:
     r"""Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
 
@@ -23,10 +22,10 @@ def live(
     Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
 
     record writes a run of the trial since it began, which colias run --again repeats bit for bit. The command's own
-    model is dsnn. Needs viser: the extra [live]. Ctrl-C ends it.
+    model is dsnn. Needs viser: the extra [live]. Open the
+    address that it prints in a browser; Ctrl-C ends it.
     """
     import importlib.util
-    import webbrowser
 
     from threadpoolctl import threadpool_limits
 
@@ -41,8 +40,6 @@ def live(
     from experiments.bench.live.session import Session
 
     page = Page(Session(shown_models(["dsnn"], model, only), assignments or (), seed), port)
-    if browser:
-        webbrowser.open(page.address)
     with threadpool_limits(1):
         page.serve()
     return 0

@@ -61,29 +61,27 @@ def watch(
     if not quiet:
         show(plan, report)
     failed = report.failures.height or report.description[watching.EARLY]
-    return interrupts.STATUS if plan.source.interrupted else options.EXIT_FAILED if failed else 0
+    return options.EXIT_FAILED if failed else interrupts.STATUS if plan.source.stopped else 0
 
 
 def show(plan: WatchPlan, run: Run) -> None:
     """Print the intervals of motion, what each model came to, the verdicts, and where everything is."""
     from experiments.bench.report import terminal
-    from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
+    from experiments.bench.report.terminal import count, show_files, show_verdicts
     from experiments.bench.run.rows import COUNTS, PEAKS
     from experiments.bench.sources.motion import GRADES
 
     if not run.done:
         return
-    source, row = plan.source, run.trials.row(0, named=True)
-    rate = f"{source.rate:g} frames/s" if source.rate else "no rate of its own"
-    (width, height), (columns, lines), frames = source.own_size, source.size, row["frames"]
-    shown = f"{frames} frames, {row['seconds']:.1f} s, seen at {columns}x{lines}"
-    out_console.print(f"{source.label()}: {width}x{height}, {rate}; {shown}")
     terminal.show(run.summary, "motion over T" if run.summary.height else "motion over T: none")
+    terminal.show(
+        run.trials.head(1).select("source", "width", "height", "fps", "frames", "seconds"), "as models saw it"
+    )
     terminal.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
     if plan.judged:
         terminal.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
     show_verdicts(run.verdicts, model=len(plan.models) > 1)
-    show_files(run.folder, count(frames, "frame"))
+    show_files(run.folder, count(run.trials["frames"][0], "frame"))
 
 
 def _filled(table: pl.DataFrame) -> pl.DataFrame:

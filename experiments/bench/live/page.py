@@ -75,7 +75,6 @@ class Page:
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._controls: list[tuple[Any, Callable[[], Any]]] = []
         self.server = viser.ViserServer("127.0.0.1", port, label="colias live", verbose=False)
-        self.address = f"http://{self.server.get_host()}:{self.server.get_port()}"
         self._build()
 
     def ask(self, do: Callable[[], None]) -> None:

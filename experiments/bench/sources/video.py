@@ -76,8 +76,8 @@ class VideoSource:
         (width, height) of the source as it is shown, px.
     rate, count
         Its frames per second, and number of frames, as it says itself; ``None`` where it does not.
-    interrupted
-        Whether Ctrl-C ended it.
+    stopped
+        Whether `stop` ended it.
 
     Raises
     ------
@@ -96,7 +96,7 @@ class VideoSource:
         self.film: Video | None = None
         self.rate: float | None = None
         self.count: int | None = None
-        self.interrupted = self._stopped = self._ended = False
+        self.stopped = self._ended = False
         readings = self._open(stimulus)
         first = next(readings, None)
         if first is None:
@@ -146,12 +146,8 @@ class VideoSource:
         return f"camera {self.name}" if self.is_camera else self.name
 
     def stop(self) -> None:
-        """End after the present frame."""
-        self._stopped = True
-
-    def interrupt(self) -> None:
-        """End after the present frame, as Ctrl-C asks."""
-        self.interrupted = True
+        """End after the present frame: at Ctrl-C, or when every model has failed."""
+        self.stopped = True
 
     def __iter__(self) -> Iterator[Sample]:
         before: Image | None = None
@@ -162,7 +158,7 @@ class VideoSource:
             flow = mean_flow(before, luma) if self._flow and before is not None else None
             before = luma if self._flow else None
             yield Sample(time_s, luma, {**truth, "time_s": time_s, "flow": flow})
-            if self._stopped or self.interrupted:
+            if self.stopped:
                 return
         self._ended = True
 

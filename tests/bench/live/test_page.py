@@ -88,7 +88,7 @@ def visited(
     """Serve a session and open its page, until its plots are drawn."""
     with serving(port, make) as page, browser(profile, *SOFTWARE_GL) as tab:
         answers = watch(page)
-        tab.show(page.address, 800, 600)
+        tab.show(f"http://127.0.0.1:{page.server.get_port()}", 800, 600)
         tab.until("document.querySelectorAll('.u-over').length == 2")
         until(lambda: page.server.get_clients())
         yield page, tab, answers
