@@ -237,7 +237,7 @@ def _curves(parts: Sequence[Part], thresholds: Thresholds) -> tuple[Figure, str]
             style.threshold(axes, level, name="" if place else f"threshold {level or 0.0:.3g}", most=most)
             if along == "px_a_frame":
                 axes.set_xscale("log")
-                style.plain_numbers(axes, "x", sorted(rows[along].unique())[::2])
+                style.plain_numbers(axes, sorted(rows[along].unique())[::2])
         words = style.sentence(": ".join(filter(None, (name, course_finding(rows, along, by)))))
         style.finding(grid[0, place], words, "abcdefgh"[place])
         grid[-1, place].set_xlabel(style.wrapped(AXES[along].format(unit=unit), style.WIDTH / len(parts) - 0.3))
@@ -287,7 +287,7 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     for place, model in enumerate(models):
         if (level := thresholds.get(model)) is not None:
             axes.plot([level] * 2, [place - 0.4, place + 0.4], color=style.INK, lw=1.2, label="threshold")
-    style.decades(axes, trials["response"], "x")
+    style.decades(axes, trials["response"])
     axes.set_xlabel("response")
     compared = crossing.join(alone.group_by("model").agg(most=pl.col("response").max()), on="model")
     if compared.is_empty():

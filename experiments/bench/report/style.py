@@ -200,25 +200,22 @@ def threshold(
                   fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO, in_layout=False)  # fmt: skip
 
 
-def decades(axes: Axes, values: npt.ArrayLike, which: str = "y") -> None:
-    """Make an axis logarithmic beyond the smallest values, but for 0, where they span more than two decades."""
+def decades(axes: Axes, values: npt.ArrayLike) -> None:
+    """Make the x axis logarithmic beyond the smallest values, but for 0, where they span more than two decades."""
     signed = np.asarray(values, float)
     sizes = np.abs(signed[signed != 0.0])
     if sizes.size and sizes.max() > 100.0 * sizes.min():
-        scale = axes.set_xscale if which == "x" else axes.set_yscale
-        scale("symlog", linthresh=10.0 ** np.floor(np.log10(max(sizes.min(), 1e-4 * sizes.max()))))
-        limits = axes.set_xlim if which == "x" else axes.set_ylim
-        limits(0.0 if signed.min() >= 0.0 else None, 1.6 * sizes.max())
-        plain_numbers(axes, which)
+        axes.set_xscale("symlog", linthresh=10.0 ** np.floor(np.log10(max(sizes.min(), 1e-4 * sizes.max()))))
+        axes.set_xlim(0.0 if signed.min() >= 0.0 else None, 1.6 * sizes.max())
+        plain_numbers(axes)
 
 
-def plain_numbers(axes: Axes, which: str = "x", ticks: Sequence[float] = ()) -> None:
-    """Write the numbers of a logarithmic axis as they are, at its decades or at the ``ticks``."""
-    axis = axes.xaxis if which == "x" else axes.yaxis
-    if len(ticks):
-        axis.set_ticks(list(ticks))
-    axis.set_major_formatter("{x:.2g}")
-    axis.minorticks_off()
+def plain_numbers(axes: Axes, ticks: Sequence[float] = ()) -> None:
+    """Write the numbers of a logarithmic x axis as they are, at its decades or at the ``ticks``."""
+    if ticks:
+        axes.set_xticks(ticks)
+    axes.xaxis.set_major_formatter("{x:.2g}")
+    axes.xaxis.minorticks_off()
 
 
 def label_ends(axes: Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import socket
 import subprocess
 import sys
@@ -28,9 +27,8 @@ MEMORY = "1GB"
 def program() -> list[str]:
     """Rerun's viewer as a command: the program itself, which its Python package would leave running when ended."""
     spec = importlib.util.find_spec("rerun_cli")
-    path = os.environ.get("RERUN_CLI_PATH")
-    binary = Path(path) if path else Path(spec.origin).parent / "rerun" if spec and spec.origin else None
-    return [str(binary)] if binary is not None and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]
+    binary = Path(spec.origin).parent / "rerun" if spec and spec.origin else None
+    return [str(binary)] if binary and binary.is_file() else [sys.executable, "-P", "-m", "rerun_cli"]
 
 
 def require_screen(what: str, instead: str) -> None:

@@ -51,10 +51,10 @@ def test_means_intervals_and_trials_are_those_of_the_values():
 @pytest.mark.parametrize(("values", "scale"), [([0.0, 1.0, 99.0], "linear"), ([0.0, 1.0, 101.0], "symlog")])
 def test_an_axis_is_logarithmic_where_its_values_span_more_than_two_decades_and_shows_all(values, scale):
     axes = Figure().subplots()
-    axes.plot(values)
+    axes.plot(values, range(3))
     style.decades(axes, pl.Series(values))
-    low, high = axes.get_ylim()
-    assert axes.get_yscale() == scale and low <= 0.0 and high > max(values)
+    low, high = axes.get_xlim()
+    assert axes.get_xscale() == scale and low <= 0.0 and high > max(values)
 
 
 def test_labels_of_lines_that_end_together_do_not_collide(tmp_path):
