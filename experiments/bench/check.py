@@ -20,7 +20,7 @@ from colias_sim.scene import compile_arena
 from colias_sim.streams import world
 from dsnn import CHANNELS, ResponseError, ResponseSeries, checked_response
 from dsnn.model import SPIKING
-from dsnn.stimuli import StimulusEntry, StimulusFrame, Truth, stimulus
+from dsnn.stimuli import StimulusEntry, StimulusFrame, stimulus
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import of_users, traced
@@ -29,18 +29,14 @@ T = TypeVar("T")
 Frames = npt.NDArray[np.uint8]
 
 
-class LawBroken(ValueError):
-    """A law is broken; the message says how to mend it."""
-
-
 def try_laws(laws: Sequence[Callable[[T], None]], subject: T) -> dict[Callable[[T], None], str]:
     """Try laws on a subject.
 
     Returns
     -------
     dict
-        Law -> how it is broken, empty where it is kept: the message of a ``ValueError`` of ours, as `LawBroken` is one,
-        or the traceback of what a user's own code raises, which breaks the law too.
+        Law -> how it is broken, empty where it is kept: the message of a ``ValueError`` of ours, or the
+        traceback of what a user's own code raises, which breaks the law too.
     """
     troubles = {}
     for law in laws:
@@ -88,23 +84,23 @@ def approach() -> Frames:
 
 
 def _responses(chosen: ConfiguredModel, frames: Iterable[Frames], model: Any = None) -> ResponseSeries:
-    """Return the responses of a model, or of a new one; `LawBroken` for the first invalid one."""
+    """Return the responses of a model, or of a new one; ``ValueError`` for the first invalid one."""
     responses = []
     for index, frame in enumerate(frames):
         model = model or chosen.build(frame.shape)
         try:
             responses.append(checked_response(model.step(frame), chosen.channels))
         except ResponseError as error:
-            raise LawBroken(f"in frame {index}, {error}") from error
+            raise ValueError(f"in frame {index}, {error}") from error
     return ResponseSeries.from_responses(responses)
 
 
 def _demand_equal(chosen: ConfiguredModel, one: ResponseSeries, other: ResponseSeries, remedy: str) -> None:
-    """Raise `LawBroken` at the first frame in which two series are not the same."""
+    """Raise ``ValueError`` at the first frame in which two series are not the same."""
     for channel in chosen.channels:
         before, now = getattr(one, channel), getattr(other, channel)
         for at in np.flatnonzero(before != now)[:1]:
-            raise LawBroken(f"in frame {at} {channel} is {now[at]:z.3g}, and {before[at]:z.3g} before: {remedy}")
+            raise ValueError(f"in frame {at} {channel} is {now[at]:z.3g}, and {before[at]:z.3g} before: {remedy}")
 
 
 def answers(chosen: ConfiguredModel) -> None:
@@ -112,7 +108,7 @@ def answers(chosen: ConfiguredModel) -> None:
     for frames in (crossing(), approach(), crossing(LARGER)[:10]):
         looming = _responses(chosen, frames).looming
         if "looming" in chosen.channels and not (looming.min() >= REST["looming"] and looming.max() <= 1.0):
-            raise LawBroken(f"looming must be from 0.5, at rest, to 1, got {looming.min():.3g} to {looming.max():.3g}")
+            raise ValueError(f"looming must be from 0.5, at rest, to 1, got {looming.min():.3g} to {looming.max():.3g}")
 
 
 def reset(chosen: ConfiguredModel) -> None:
@@ -151,7 +147,7 @@ def stillness(chosen: ConfiguredModel) -> None:
         potential, spikes = getattr(series, channel), getattr(series, f"{channel}_spikes")
         if (np.abs(potential - REST[channel]) > NEGLIGIBLE).any() or spikes.any():
             problem = f"{channel} is {potential[-1]:.3g} with {np.abs(spikes).sum()} spikes in a still scene"
-            raise LawBroken(f"{problem}: expected {REST[channel]:g} and none")
+            raise ValueError(f"{problem}: expected {REST[channel]:g} and none")
 
 
 def mirror(chosen: ConfiguredModel) -> None:
@@ -164,11 +160,11 @@ def mirror(chosen: ConfiguredModel) -> None:
             weak, strong = sorted((abs(there), abs(back)))
             if strong > NEGLIGIBLE and (there * back >= 0 or weak < LEAST_SHARE * strong):
                 problem = f"the mean {channel} is {there:.3g} for a crossing and {back:.3g} for its mirror image"
-                raise LawBroken(f"{problem}: expected the other sign, at least half as strong")
+                raise ValueError(f"{problem}: expected the other sign, at least half as strong")
     if "looming" in chosen.channels:
         one, other = (_responses(chosen, frames).looming for frames in (approach(), np.flip(approach(), 2).copy()))
         if (apart := np.abs(one - other).max()) > ALIKE:
-            raise LawBroken(f"looming differs by {apart:.3g} between an approach and its mirror image: expected none")
+            raise ValueError(f"looming differs by {apart:.3g} between an approach and its mirror image: expected none")
 
 
 def refusal(chosen: ConfiguredModel) -> None:
@@ -179,7 +175,7 @@ def refusal(chosen: ConfiguredModel) -> None:
             model.step(wrong)
     except Exception:
         return
-    raise LawBroken(f"a model built for {SHAPE} takes frames of {wrong.shape}: dsnn.frames.luma(frame, shape) refuses")
+    raise ValueError(f"a model built for {SHAPE} takes frames of {wrong.shape}: dsnn.frames.luma(frame, shape) refuses")
 
 
 def declaration(chosen: ConfiguredModel) -> None:
@@ -190,14 +186,14 @@ def declaration(chosen: ConfiguredModel) -> None:
     largest = {name: max(abs(getattr(response, name, 0.0)) for response in responses) for name in names}
     for channel in CHANNELS:
         if largest[channel] and channel not in chosen.channels:
-            raise LawBroken(f"it responds in {channel}, which is not declared and is dropped: ModelEntry(channels=)")
+            raise ValueError(f"it responds in {channel}, which is not declared and is dropped: ModelEntry(channels=)")
     fires = {channel: largest[f"{channel}_spikes"] > 0 for channel in SPIKING if channel in chosen.channels}
     for channel, spikes in fires.items():
         threshold = chosen.thresholds[channel]
         if spikes and threshold is None:
-            raise LawBroken(f"{channel} spikes without a threshold, t_sp or thresholds= of ModelEntry: not counted")
+            raise ValueError(f"{channel} spikes without a threshold, t_sp or thresholds= of ModelEntry: not counted")
         if threshold is not None and largest[channel] > threshold and not any(fires.values()):
-            raise LawBroken(f"{channel} passes {threshold:g}, and {channel}_spikes stays 0: step itself returns spikes")
+            raise ValueError(f"{channel} passes {threshold:g}, but {channel}_spikes stays 0: step returns the spikes")
 
 
 MODELS = (answers, reset, determinism, buffer, stillness, mirror, refusal, declaration)
@@ -224,12 +220,12 @@ def frames(entry: StimulusEntry) -> None:
     """Every frame is uint8, of the shape of its parameters, and there are 2 or more."""
     for clip in (entry.clip(SEED), entry.clip(SEED, rows=48, columns=80)):
         if len(clip) < 2:
-            raise LawBroken(f"len(clip) must be 2 or more, got {len(clip)}")
+            raise ValueError(f"len(clip) must be 2 or more, got {len(clip)}")
         shape = (clip.params.rows, clip.params.columns)
         for index in range(min(len(clip), MOST_FRAMES)):
             luma = np.asarray(clip.frame(index).luma)
             if luma.dtype != np.uint8 or luma.shape != shape:
-                raise LawBroken(f"frame {index} must be uint8 {shape}, got {luma.dtype} {luma.shape}")
+                raise ValueError(f"frame {index} must be uint8 {shape}, got {luma.dtype} {luma.shape}")
 
 
 def order(entry: StimulusEntry) -> None:
@@ -240,25 +236,14 @@ def order(entry: StimulusEntry) -> None:
     clip.frame(places[1]).luma[:] = 7  # what a caller does with its frame is no business of the next
     for index, before in zip(reversed(places), reversed(forward), strict=True):
         if not np.array_equal(clip.frame(index).luma, before):
-            raise LawBroken(f"frame {index} changes when asked for again: paint it from index, params and seed alone")
+            raise ValueError(f"frame {index} changes when asked for again: paint it from index, params and seed alone")
 
 
 def seeds(entry: StimulusEntry) -> None:
     """Equal seeds give equal bytes and equal truth."""
     for index, (one, other) in enumerate(zip(_frames(entry), _frames(entry), strict=True)):
         if not np.array_equal(one.luma, other.luma) or one.truth != other.truth:
-            raise LawBroken(f"frame {index} is another in a clip built alike: draw by dsnn.stimuli.streams.stream")
-
-
-def truth(entry: StimulusEntry) -> None:
-    """The truth has a word for the motion, and finite numbers."""
-    for index, frame in enumerate(_frames(entry)):
-        known = frame.truth
-        if not isinstance(known, Truth) or not isinstance(known.motion, str) or not known.motion:
-            raise LawBroken(f"in frame {index} the truth is {known!r}: expected a dsnn.stimuli.Truth with a motion")
-        box = (known.box.left, known.box.top, known.box.width, known.box.height) if known.box else ()
-        if not all(map(math.isfinite, (*(known.velocity or ()), *known.background_velocity, *box))):
-            raise LawBroken(f"in frame {index} the truth has a number that is not finite")
+            raise ValueError(f"frame {index} is another in a clip built alike: draw by dsnn.stimuli.streams.stream")
 
 
 def place(entry: StimulusEntry) -> None:
@@ -278,7 +263,7 @@ def place(entry: StimulusEntry) -> None:
             rows, columns = (slice(max(math.floor(a - EDGE_PX), 0), max(math.ceil(b + EDGE_PX), 0)) for a, b in ends)
             changed[rows, columns] = False
         for row, column in np.argwhere(changed)[:1]:
-            raise LawBroken(f"pixel ({row}, {column}) changes after frame {index}, outside of the truth's box")
+            raise ValueError(f"pixel ({row}, {column}) changes after frame {index}, outside of the truth's box")
 
 
 def velocity(entry: StimulusEntry) -> None:
@@ -291,10 +276,10 @@ def velocity(entry: StimulusEntry) -> None:
                  after.box.top + after.box.height / 2 - before.box.top - before.box.height / 2)  # fmt: skip
         expected = [speed / fps for speed in before.velocity]
         if np.abs(np.subtract(moved, expected)).max() > SLOPPY:
-            raise LawBroken(f"after frame {index} the box moves by {moved} px, and by its velocity {expected}")
+            raise ValueError(f"after frame {index} the box moves by {moved} px, and by its velocity {expected}")
 
 
-STIMULI = (frames, order, seeds, truth, place, velocity)
+STIMULI = (frames, order, seeds, place, velocity)
 
 # --- arenas: an .xml file, or a .py file with an ``ARENA`` ------------------------------------------------------------
 

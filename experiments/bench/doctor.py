@@ -6,15 +6,13 @@ import importlib.metadata
 import shutil
 import sys
 from collections.abc import Iterator
-from typing import Literal
 
 from packaging.requirements import Requirement
 
 from dsnn import forms
 
-State = Literal["ok", "optional", "missing"]
-Finding = tuple[State, str, str]
-"""Whether it is there, what was looked at, and what was found or what to do."""
+Finding = tuple[str, str, str]
+"""Whether it is there (``ok``, ``optional`` or ``missing``), what was looked at, and what was found or what to do."""
 
 PROJECT = "colias-sim"
 TOOLS = {"arm-none-eabi-gcc": "gcc-arm-none-eabi", "qemu-system-arm": "qemu-system-arm"}
@@ -39,7 +37,7 @@ def packages() -> Iterator[Finding]:
     for extra in ("", *(importlib.metadata.metadata(PROJECT).get_all("Provides-Extra") or ())):
         asked = [one for one in needed if one.marker is None or one.marker.evaluate({"extra": extra})]
         wrong = ", ".join(f"{one.name}{one.specifier}" for one in asked if not _installed(one))
-        state: State = "ok" if not wrong else "optional" if extra else "missing"
+        state = "ok" if not wrong else "optional" if extra else "missing"
         package = f"{PROJECT}[{extra}]" if extra else f"{PROJECT} {importlib.metadata.version(PROJECT)}"
         yield state, f"extra [{extra}]" if extra else "packages", f"lacks {wrong}" if wrong else package
 

@@ -181,7 +181,6 @@ FLAWS = {
     "accumulating": ({"paint": accumulating}, {"order"}),
     "unseeded": ({"paint": drawn(0, 12)}, {"seeds"}),
     "of one shape": ({"shape": (180, 320)}, {"frames"}),
-    "wordless": ({"word": ""}, {"truth"}),
     "leaking": ({"paint": drawn(1, 0, 0)}, {"place"}),
     "slow": ({"velocity": SPEED / 3}, {"velocity"}),
     "raising": ({"paint": lambda *of: 1 / 0}, {"frames"}),

@@ -10,10 +10,6 @@ import sys
 
 from experiments.bench.run import interrupts
 
-TYPE_CHECKING = False  # that of typing, whose import takes longer than all else here
-if TYPE_CHECKING:
-    from typing import NoReturn
-
 EXIT_USAGE = 2
 EXIT_CLOSED = 141
 """The status of a program that SIGPIPE ends: nobody reads its output on."""
@@ -30,13 +26,13 @@ def begin() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-def main() -> NoReturn:
+def main() -> None:
     """Entry point of ``colias``."""
     begin()
     run()
 
 
-def run() -> NoReturn:
+def run() -> None:
     """Do what ``sys.argv`` asks for. A wrong use or a missing library ends in one line on stderr, and status 2."""
     status, message = _outcome()
     try:
@@ -60,7 +56,7 @@ def _with_tip(message: str) -> str:
     return f"{rest}\ntip: did you mean '{meant[1]}'?"
 
 
-def run_file(path: str) -> NoReturn:
+def run_file(path: str) -> None:
     """Do what ``python experiments/NAME.py [OPTIONS]`` asks for: ``colias run`` on that file."""
     sys.argv[1:1] = ["run", path]
     main()

@@ -91,9 +91,7 @@ def decode(
     Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
     has no counter. A damaged line is skipped and counted. Exit status 1: frames are missing.
     """
-    import polars as pl
-
-    from experiments.bench.report.terminal import count, out_console, show, show_places
+    from experiments.bench.report.terminal import count, out_console, show_places
     from experiments.bench.robot_side import logs
 
     options.check_new(out)
@@ -103,7 +101,7 @@ def decode(
     frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
     missing = board["trials"] * board["frames"] - frames.height if "trials" in board else 0
     out_console.print(f"{frames.height} frames; {count(damaged, 'damaged line')}, {count(missing, 'missing frame')}")
-    show(pl.DataFrame({**board, "most cycles": frames["cycles"].max()}))
+    out_console.print("most cycles:", frames["cycles"].max())
     show_places({"log": out / "log.csv", "cycles": out / "cycles.csv"})
     return options.EXIT_FAILED if missing or not frames.height else 0
 

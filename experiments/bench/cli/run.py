@@ -144,10 +144,9 @@ def behave(
     whoever plays in them. Where collisions count, behaviours are compared with the first one, whose episodes are
     recorded.
     """
-    from colias_sim.envs import ENVS
     from experiments.bench import behave as behaving
     from experiments.bench.report import behaviours
-    from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
+    from experiments.bench.report.terminal import count, show_files, show_verdicts
 
     plan = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
     folder = options.results_folder(out, f"behave-{Path(names[0]).stem}")
@@ -156,8 +155,6 @@ def behave(
         report = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
     if not quiet and report.done:
         behaviours.show(report.summary, behaviours.caption(plan.env, plan.options, plan.episodes, plan.seed))
-        if note := ENVS[plan.env].note:
-            out_console.print(note)
         show_verdicts(report.verdicts)
         show_files(folder, count(report.trials.height, "episode"))
     return options.EXIT_FAILED if report.failures.height else 0

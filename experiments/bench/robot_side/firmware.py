@@ -106,8 +106,7 @@ def program(assignments: Iterable[str]) -> Program:
 
 def memory_script(chip: ChipSettings, memory: Mapping[str, tuple[int, int]] = QEMU_MEMORY) -> str:
     """Return the text of ``memory.ld``: the regions with their addresses and sizes, and the stack's reserve."""
-    rights = {"FLASH": "rx", "MAIN": "rwx", "CORE": "rwx"}
-    regions = [f"    {name} ({rights[name]}) : ORIGIN = 0x{address:08X}, LENGTH = {size}"
+    regions = [f"    {name} ({'rx' if name == 'FLASH' else 'rwx'}) : ORIGIN = 0x{address:08X}, LENGTH = {size}"
                for name, (address, size) in memory.items()]  # fmt: skip
     return "\n".join([f"CHIP_STACK = {chip.stack};", "MEMORY", "{", *regions, "}", ""])
 

@@ -203,8 +203,6 @@ class TrainedPolicy:
 
 def load_policy(path: Path) -> TrainedPolicy:
     """Read a trained policy from its file, which runs nothing that is in it; `UsageError` where it holds none."""
-    if not path.is_file():
-        raise UsageError(f"{path}: no such file")
     try:
         with np.load(path, allow_pickle=False) as file:
             about = TypeAdapter(About).validate_python(json.loads(str(file["about"])))

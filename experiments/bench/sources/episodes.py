@@ -97,8 +97,7 @@ def load_behaviour(source: str) -> Behaviour:
         if source not in BEHAVIOURS:
             known = (*GROUPS, *BEHAVIOURS)
             near = nearest(source, known, " (", ")")
-            kinds = f"{', '.join(known)}, a .py file, or a policy's {ENDING}"
-            raise UsageError(f"no behaviour '{source}'{near}: known are {kinds}")
+            raise UsageError(f"no behaviour '{source}'{near}: known are {', '.join(known)}")
         return BEHAVIOURS[source]
     entry = declared(Path(source), "BEHAVIOUR")
     if not isinstance(entry, Behaviour):
@@ -371,8 +370,7 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         gym.utils.RecordConstructorArgs.__init__(self, path=path, episode_trigger=episode_trigger)
         inner = getattr(env, "unwrapped", env)
         if not isinstance(inner, ColiasEnv):
-            hint = "; wrap each of its envs" if isinstance(env, gym.vector.VectorEnv) else ""
-            raise UsageError(f"RecordRerun: {type(inner).__name__} is no env of colias_sim{hint}")
+            raise UsageError(f"RecordRerun: {type(inner).__name__} is no env of colias_sim")
         super().__init__(env)
         self._inner, self._path = inner, str(path)
         self._several = self._place(0) != self._place(1)
@@ -448,12 +446,10 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         Raises
         ------
         OSError
-            The recording cannot be written; the env is closed.
+            The recording cannot be written.
         """
-        try:
-            self._write()
-        finally:
-            self.env.close()
+        self._write()
+        self.env.close()
 
     def _place(self, number: int) -> Path:
         return Path(self._path.format(episode=number))
