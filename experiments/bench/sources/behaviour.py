@@ -208,7 +208,7 @@ def load_policy(path: Path) -> TrainedPolicy:
             about = TypeAdapter(About).validate_python(json.loads(str(file["about"])))
             layers = [(file[f"weights{place}"], file[f"biases{place}"]) for place in range(len(about.hidden) + 1)]
         return TrainedPolicy(about, layers)
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, OSError) as error:
         raise UsageError(f"{path}: not a policy file ({' '.join(str(error).split())[:200]})") from None
 
 
