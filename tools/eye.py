@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
-from experiments.bench.report.style import LOOK, TYPE, WIDTH, shades
+from experiments.bench.report.style import BODY, LOOK, WIDTH, shades
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3
@@ -59,7 +59,7 @@ def drawn() -> Figure:
         axes = figure.add_subplot(grid[0, 3 * i : 3 * i + 3])
         axes.imshow(frame.luma, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
         words = title.replace(", ", ",\n")
-        axes.set_title(f"{words}\n{frame.exposure_ms:.1f} ms", fontsize=TYPE)
+        axes.set_title(f"{words}\n{frame.exposure_ms:.1f} ms", fontsize=BODY)
         axes.set_axis_off()
     mean, exposure, lens = (figure.add_subplot(grid[1, 4 * i : 4 * i + 4]) for i in range(3))
     for start, colour in shades((0.5, 8.0, 30.0)).items():
@@ -68,7 +68,7 @@ def drawn() -> Figure:
         exposure.semilogy([frame.exposure_ms for frame in frames], ".-", color=colour)
     mean.axhspan(EYE.ae_target - EYE.ae_zone, EYE.ae_target + EYE.ae_zone, color="#dddddd", label="control zone")
     mean.set(xlabel="frame of the camera", ylabel="mean grey level", ylim=(0, 256), yticks=range(0, 257, 64))
-    mean.legend(frameon=False, fontsize=TYPE, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    mean.legend(frameon=False, fontsize=BODY, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     exposure.set(xlabel="frame of the camera", ylabel="exposure (ms)")
     exposure.set_yticks([0.5, 1, 2, 5, 10, 20], ["0.5", "1", "2", "5", "10", "20"])
     exposure.minorticks_off()
@@ -78,7 +78,7 @@ def drawn() -> Figure:
     for sd, colour in shades((EYE.blur_px, 0.6, 1.0)).items():
         lens.plot(f, np.exp(sd**2 * (np.cos(2 * np.pi * f) - 1)), color=colour, label=f"blur of {sd:g} px")
     lens.set(xlabel="spatial frequency (cycles/px)", ylabel="transfer of the lens", ylim=(0, 1.02))
-    lens.legend(frameon=False, fontsize=TYPE, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    lens.legend(frameon=False, fontsize=BODY, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
 
 

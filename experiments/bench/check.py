@@ -44,7 +44,7 @@ def try_laws(laws: Sequence[Callable[[T], None]], subject: T) -> dict[Callable[[
         try:
             law(subject)
         except Exception as error:
-            ours = isinstance(error, ValueError) and of_users(error) is None
+            ours = isinstance(error, ValueError) and not of_users(error)
             troubles[law] = str(error) if ours else traced(error)
     return troubles
 

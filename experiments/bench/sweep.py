@@ -269,19 +269,24 @@ def write(result: Sweep, folder: Path) -> None:
         style.save(report.draw(result), folder / name)
 
 
-def typed(experiment: str, over: Sequence[str] = (), **given: Any) -> Study:
+def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
     """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
 
-    ``given`` are fields of `Study` in place of its own, but for those that are ``None``.
+    ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
     """
-    study = None if over else called(experiment)
+    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
     if study is None:
+        assert isinstance(experiment, str)
         names = tuple(name for name in experiment.split(",") if name)
         if not names:
             raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
         summary = "claims and numbers over a grid of parameters"
         study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
-    return dataclasses.replace(study, **{name: value for name, value in given.items() if value is not None})
+    asked = {name: value for name, value in given.items() if value is not None}
+    if over and isinstance(experiment, Study):
+        asked["over"] = tuple(over)
+    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
+    return dataclasses.replace(study, **asked)
 
 
 def sweep(
@@ -345,7 +350,7 @@ def sweep(
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
     given = {"models": models, "claims": claims, "measures": measures, "repeats": repeats,
              "replicates": seeds and len(seeds)}  # fmt: skip
-    study = experiment if isinstance(experiment, Study) else typed(experiment, over, **given)
+    study = typed(experiment, over, **given)
     place = new_folder(study.name) if out is None else Path(out)
     plan = planned(study, seeds.start if seeds else 0)
     result = run(plan, place, Resources(worker_count(workers), quiet=quiet))

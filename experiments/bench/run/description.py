@@ -18,9 +18,9 @@ KIND = "kind"
 BEGUN, ENDED = "begun", "ended"
 """The entries that say when the run was begun, and when the last of its trials was done: ISO 8601, UTC."""
 RENDERERS = "renderers"
-"""The entry with what drew the frames (`colias_sim.gl.renderer`), each with the hash of its reference frame
-(`colias_sim.reference`). It is no parameter: a run may be resumed with another renderer, as all that were tried drew
-equal pixels."""
+"""The entry with what drew the frames (`colias_sim.gl.renderer`), each with the hashes of its reference frames
+(`colias_sim.reference`), one unless machines differ. It is no parameter: a run may be resumed with another renderer, as
+all that were tried drew equal pixels."""
 THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
 NOTES = frozenset((KIND, BEGUN, ENDED, "command", RENDERERS, THRESHOLDS, *provenance.KEYS))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +110,7 @@ class RunFolder(Files):
         self.recordings = folder / RECORDINGS
         self._done: set[int] = set()
         self._failures: list[Failure] = []
-        self._renderers: dict[str, str] = {}
+        self._renderers: dict[str, list[str]] = {}
         self._changed = ""
         self._lock = FileLock(self.path(LOCK), timeout=0)
 
@@ -177,8 +178,8 @@ class RunFolder(Files):
             self.write_bytes(self.recording(trial.index), trial.recording)
         elif trial.recording:
             failures.append(Failure(trial.index, RECORDING, condition, seed, trial.recording))
-        if trial.renderer and trial.renderer not in self._renderers:
-            self._renderers[trial.renderer] = trial.pixels
+        if trial.renderer and trial.pixels not in (known := self._renderers.setdefault(trial.renderer, [])):
+            known.append(trial.pixels)
             self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self._renderers})
         self.path(PARTS).mkdir(exist_ok=True)
         self.write_table(f"{PARTS}/{_part(self.folder, trial.index, 'frames').name}", trial.frames)
@@ -222,7 +223,7 @@ class RunFolder(Files):
         notes = []
         if self._changed:  # and no trial was missing, or the run would have been refused
             notes.append(f"{self.folder}: {self._changed} since its trials were computed; they are as they were")
-        if len(frames := dict.fromkeys(self._renderers.values())) > 1:
+        if len(frames := dict.fromkeys(chain(*self._renderers.values()))) > 1:
             notes.append(
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
                 " so trials of one machine may have other numbers on another; run.json names the renderers"

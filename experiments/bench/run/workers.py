@@ -23,8 +23,8 @@ Done = TypeVar("Done")
 
 QUEUED = 2
 """Jobs handed out for each worker: one under way and one waiting, so that no worker idles."""
-ANSWER_S = 10.0
-"""Seconds that a Dask scheduler may take to connect."""
+ANSWER_S, PATIENCE_S = 10.0, 20.0
+"""Seconds that a Dask scheduler may take to connect; and between two looks at its workers, while no job finishes."""
 DIED = "its worker process died, and died again when the trial was repeated alone"
 
 
@@ -73,6 +73,11 @@ class Workers:
         """Hand out a job; its future raises ``BrokenExecutor`` if a worker process dies meanwhile."""
         with without_interrupts():
             return self._executor.submit(function, *arguments)
+
+    def look(self) -> None:
+        """Raise ``OSError`` if the cluster has no workers left."""
+        if self._client is not None and not self._client.nthreads():
+            raise OSError(f"--cluster {self._address}: the scheduler has lost all its workers")
 
     def close(self) -> None:
         """Stop every job at once and free the workers."""
@@ -158,7 +163,9 @@ def finished(
                 if under_way:
                     break
                 workers.renew()
-        done, _ = wait(under_way, return_when=FIRST_COMPLETED)
+        done, _ = wait(under_way, timeout=PATIENCE_S, return_when=FIRST_COMPLETED)
+        if not done:
+            workers.look()
         for future in done:
             job = under_way.pop(future)
             try:

@@ -121,7 +121,7 @@ def steer(last: Vector, answer: Vector) -> Vector:
     return np.clip(wanted, -LIMIT, LIMIT).astype(np.float32)
 
 
-@checked_dataclass(frozen=True, config=ConfigDict(allow_inf_nan=False, use_attribute_docstrings=True))
+@checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
 class About:
     """Purpose, size and origin of a trained policy."""
 

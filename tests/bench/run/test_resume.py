@@ -92,15 +92,15 @@ def test_a_finished_run_is_complete_and_a_run_that_is_written_is_left_alone(coli
 def test_what_drew_is_noted_and_refuses_nothing(colias, out):
     """The same run, begun where something else draws other pixels."""
     first = described(out)
-    ((drew, pixels),) = first["renderers"].items()
+    ((drew, (pixels,)),) = first["renderers"].items()
     assert re.fullmatch(r".+, OpenGL \d.+, by (egl|osmesa|glfw|cgl)", drew)
     assert pixels == reference.digest(reference.reference_frame())
     rows = pl.read_parquet(out / "trials.parquet")
-    (out / "run.json").write_text(json.dumps(first | {"renderers": {"another": "0123456789ab"}}))
+    (out / "run.json").write_text(json.dumps(first | {"renderers": {"another": ["0123456789ab"]}}))
     rows.slice(1).write_parquet(out / "trials.parquet")
     again = colias(*RUN, "--out", "out", "-q")
     assert again.returncode == 0 and f"reference frames 0123456789ab, {pixels}" in again.stderr
-    both = {"renderers": {"another": "0123456789ab", drew: pixels}}
+    both = {"renderers": {"another": ["0123456789ab"], drew: [pixels]}}
     after = described(out)
     assert after == first | both | {name: after[name] for name in ("ended", "command")}
     assert trials(out).equals(rows.drop("wall_s")), "the code that marks the rows too"
