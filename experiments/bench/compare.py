@@ -12,7 +12,7 @@ import polars as pl
 from experiments.bench.result import Run, load
 from experiments.bench.run.description import DERIVED, differences
 from experiments.bench.run.provenance import UNREPEATABLE
-from experiments.bench.run.rows import group, table
+from experiments.bench.run.rows import table
 from experiments.bench.sources.clips import SHOWN, TRIALS
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
@@ -87,34 +87,27 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> list[dict[str, Any
     pairs = [(label, label) for label in one.models if label in other.models]
     if not pairs and len(one.models) == len(other.models) == 1:
         pairs = [(one.models[0], other.models[0])]
-    measured = {one.provenance, other.provenance} != {"simulated"}
-    equal = [row for pair in pairs for row in _tested(one, other, pair, columns, paired_by_seed=True)]
-    if equal or not measured:
-        return equal
-    return [row for pair in pairs for row in _tested(one, other, pair, columns, paired_by_seed=False)]
+    rows = [row for pair in pairs for row in _tested(one, other, pair, columns, "seed")]
+    if rows or {one.provenance, other.provenance} == {"simulated"}:
+        return rows
+    return [row for pair in pairs for row in _tested(one, other, pair, columns)]
 
 
-def _tested(
-    one: Run, other: Run, pair: tuple[str, str], columns: Sequence[str], *, paired_by_seed: bool
-) -> Iterator[dict[str, Any]]:
-    """Yield a row per condition that two models, one of each run, were both shown."""
-    ours, theirs = (
-        group(run.trials.filter(pl.col("model") == model).drop_nulls("spikes").to_dicts(), *columns)
-        for run, model in zip((one, other), pair, strict=True)
-    )
-    for condition in (condition for condition in ours if condition in theirs):
-        if paired_by_seed:
-            by_seed = {row["seed"]: row["spikes"] for row in theirs[condition] if row["seed"] is not None}
-            both = [(row["spikes"], by_seed[row["seed"]]) for row in ours[condition] if row["seed"] in by_seed]
-            first, second = ([float(spikes[side]) for spikes in both] for side in (0, 1))
-        else:
-            first, second = ([float(row["spikes"]) for row in rows] for rows in (ours[condition], theirs[condition]))
-        if not first:
-            continue
-        test = paired(first, second) if paired_by_seed else contrast(first, second)
+def _tested(one: Run, other: Run, pair: tuple[str, str], columns: Sequence[str], *by: str) -> Iterator[dict[str, Any]]:
+    """Yield a row per condition that two models, one of each run, were both shown, paired ``by`` the seed or not."""
+    keys = [*columns, *by]
+    spikes = [
+        run.trials.filter(model=model).drop_nulls(["spikes", *by])
+        .group_by(keys, maintain_order=True).agg(pl.col("spikes").cast(float).alias(name))
+        for run, model, name in zip((one, other), pair, ("first", "second"), strict=True)
+    ]  # fmt: skip
+    shared = spikes[0].join(spikes[1], on=keys, nulls_equal=True, maintain_order="left")
+    for row in shared.group_by(columns, maintain_order=True).agg(pl.col("first", "second").explode()).to_dicts():
+        first, second = row.pop("first"), row.pop("second")
+        test = paired(first, second) if by else contrast(first, second)
         means = sum(first) / len(first), sum(second) / len(second)
         yield {
-            **dict(zip(columns, condition, strict=True)), "model": pair[0], "against": pair[1],
+            **row, "model": pair[0], "against": pair[1],
             "n": min(len(first), len(second)), "mean_first": means[0], "mean_second": means[1],
             "mean_difference": means[0] - means[1], "rank_biserial": test.effect, "test": test.name, "p": test.p,
         }  # fmt: skip

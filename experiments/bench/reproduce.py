@@ -28,7 +28,6 @@ from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, plain
-from experiments.bench.run.models import look_up
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources import motion
@@ -191,7 +190,7 @@ def planned(
     return Plans(
         scale, seed, robot,
         clips=[] if robot_only else [_clips(name, scale, seed) for name in scale.offline],
-        behaviours=[] if robot_only else [_behaviours(env, scale, seed) for env in PLAYED],
+        behaviours=[] if robot_only else [_played(env, scale, seed) for env in PLAYED],
         studies=studies,
     )  # fmt: skip
 
@@ -207,11 +206,10 @@ def _models(experiment: str, labels: Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
 
 
-def _behaviours(env: str, scale: Scale, seed: int) -> BehaviourPlan:
+def _played(env: str, scale: Scale, seed: int) -> BehaviourPlan:
     """Plan what the claims about behaviours need in an env: all at the same seeds."""
     whole = ENVS[env].max_episode_steps
-    steps = whole if scale.steps is None else min(scale.steps, whole)
-    return BehaviourPlan(PLAYED[env], env, {}, scale.episodes, seed, steps)
+    return BehaviourPlan(PLAYED[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole))
 
 
 def _clips(name: str, scale: Scale, seed: int) -> OfflinePlan:
@@ -360,7 +358,15 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     own = [verdict for report in played for verdict in report.verdicts]
     readings = list(other_readings(every, shows, list(counts.values())))
     result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, clips, played, studies, failures)
-    _write(result)
+    files = Files(result.folder)
+    files.write_json("design.json", design(result.plans))
+    files.write_json("claims.json", stored.document(result.claims))
+    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in result.pooled.items()})
+    files.write_json("readings.json", result.readings)
+    for counted in studies:
+        files.write_json(f"{counted.plan.study.name}.json", counted.described())
+    if result.own_claims:
+        files.write_json("behaviours.json", stored.document(result.own_claims))
     return result
 
 
@@ -384,18 +390,6 @@ def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
         ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
     return Sweep(sweep_plan.planned(study, plans.seed), given)
-
-
-def _write(result: Reproduction) -> None:
-    files = Files(result.folder)
-    files.write_json("design.json", design(result.plans))
-    files.write_json("claims.json", stored.document(result.claims))
-    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in result.pooled.items()})
-    files.write_json("readings.json", result.readings)
-    for counts in result.studies:
-        files.write_json(f"{counts.plan.study.name}.json", counts.described())
-    if result.own_claims:
-        files.write_json("behaviours.json", stored.document(result.own_claims))
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:
@@ -568,7 +562,6 @@ def judge_models(
     """
     wanted = asked(models)
     labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in (claim.model, claim.than) if label))
-    look_up(labels, "offline")  # an unknown parameter is named before anything runs
     groups = dict.fromkeys(group for claim, _ in wanted for group in claim.groups)
     rows: list[dict[str, Any]] = []
     failures: list[Failure] = []
@@ -578,8 +571,7 @@ def judge_models(
             chosen = [group for group in groups if (group in model_clips.RANDOM) == (name == "gratings")]
             clips = tuple(clip for group in chosen for clip in model_clips.GROUPS[group])
             if clips:
-                summary = "clips of the models' own claims"
-                shown = OfflineExperiment(name, summary, clips, labels, repeats=repeats, recorded=False)
+                shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
                 part = offline.plan(shown, labels, (), None, seed)
                 thresholds |= part.thresholds
                 with offline.batch(part, frames=False).run(folder / name, pool, resources) as run:

@@ -56,7 +56,7 @@ CLAIM_SCHEMA = pl.Schema(
 )
 RUNS_COLUMNS: dict[str, Any] = {
     "run": str, "when": pl.Datetime("us", "UTC"), "experiment": str, "seed": int, "models": str, "changed": str,
-    "done": int, "planned": int, "failures": int, "verdicts": str, "provenance": str, "commit": str, "trouble": str,
+    "done": int, "planned": int, "failures": int, "verdicts": str, "provenance": str, "trouble": str,
 }  # fmt: skip
 
 
@@ -194,11 +194,6 @@ class Run:
         return datetime.datetime.fromisoformat(self.description[BEGUN]) if BEGUN in self.description else None
 
     @property
-    def commit(self) -> str | None:
-        """The commit that it was begun with, and whether there were changes; ``None`` outside a git checkout."""
-        return provenance.commit(self.description.get("source", {}))
-
-    @property
     def models(self) -> list[str]:
         """The labels of its models, or of its behaviours."""
         listed = self.description.get("models") or self.description.get("settings", {}).get("models", ())
@@ -319,8 +314,8 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pl.DataFrame:
     polars.DataFrame
         ``run``: its folder. ``when``: when it was begun. ``experiment``, ``seed``, ``models``: what ran. ``changed``:
         the parameters that are not at their defaults. ``done`` of ``planned`` trials are finished, ``failures`` are
-        listed. ``verdicts``: what claims came to, ``holds: C1, C2; held in 4 of 5: C5``. ``provenance``:
-        ``simulated``, or of an imported log ``measured``, say. ``commit``: what it was begun with. ``trouble``: why a
+        listed. ``verdicts``: what claims came to, ``holds: C1, C2; 4 of 5: C5``. ``provenance``:
+        ``simulated``, or of an imported log ``measured``, say. ``trouble``: why a
         folder cannot be read, in one line; otherwise null.
 
     Raises
@@ -367,22 +362,15 @@ def _runs_row(folder: Path) -> dict[str, Any]:
         "run": str(folder), "when": run.begun, "experiment": run.name, "seed": run.seed,
         "models": ", ".join(run.models), "changed": run.changed, "planned": run.planned, "done": run.done,
         "failures": run.failures.height, "verdicts": _in_words(run.verdicts), "provenance": run.provenance,
-        "commit": run.commit,
     }  # fmt: skip
 
 
 def _in_words(verdicts: Sequence[Verdict]) -> str:
-    """Say what claims came to, by word, or by count without one: ``holds: C1, C2; held in 4 of 5: C5``.
-
-    Where there are several models, each claim that is about one of them names it. Empty if no claim was judged.
-    """
-    several = len({verdict.model for verdict in verdicts if verdict.model}) > 1
+    """Say what claims came to, by word, or by count without one: ``holds: C1, C2; 4 of 5: C5``; empty without any."""
     labels: dict[str, list[str]] = {}
     for verdict in verdicts:
-        model = f" ({verdict.model})" if several and verdict.model else ""
-        label = f"held in {verdict.count.label}" if verdict.count.kind == "counted" else verdict.count.label
-        labels.setdefault(label, []).append(f"{verdict.id}{model}")
-    return "; ".join(f"{label}: {', '.join(ids)}" for label, ids in labels.items())
+        labels.setdefault(verdict.count.label, []).append(verdict.id)
+    return "; ".join(f"{label}: {', '.join(dict.fromkeys(ids))}" for label, ids in labels.items())
 
 
 def _claim_row(verdict: Verdict) -> dict[str, Any]:
@@ -409,7 +397,15 @@ def _draw(run: Run) -> Figure:
         title = clips.title(declared["name"], described["seed"], changed)
         return clips.draw(Drawing(**declared["figure"]), run.trials, run.frames, _thresholds(run), title)
     if run.kind in ("trials", "measured"):
-        return _draw_robot(run, run.trials.to_dicts(), changed)
+        from experiments.bench.report import robot
+        from experiments.bench.sources.trial_rows import drawable
+        from scenes import arena_name
+
+        declared, settings, rows = described["experiment"], described["settings"], run.trials.to_dicts()
+        title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
+                            open_loop=settings["robot"]["open_loop"])  # fmt: skip
+        return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
+                          _thresholds(run), title, run.excitations)  # fmt: skip
     if run.kind == "episodes":
         from experiments.bench.report import behaviours
 
@@ -422,19 +418,6 @@ def whole_networks(run: Run) -> list[dict[str, Any]]:
     """Return the rows of a run's trials without models that are parts of another; none where all trials failed."""
     rows = run.trials.to_dicts() if run.done else []
     return without_parts(rows) if run.description["experiment"]["figure"] == "excitation" else rows
-
-
-def _draw_robot(run: Run, rows: list[Any], changed: Mapping[str, Any]) -> Figure:
-    """Draw the figure of trials with the robot."""
-    from experiments.bench.report import robot  # not before: matplotlib takes its time to load
-    from experiments.bench.sources.trial_rows import drawable
-    from scenes import arena_name
-
-    declared, settings = run.description["experiment"], run.description["settings"]
-    title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
-                        open_loop=settings["robot"]["open_loop"])  # fmt: skip
-    return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
-                      _thresholds(run), title, run.excitations)  # fmt: skip
 
 
 def _thresholds(run: Run) -> dict[str, float | None]:

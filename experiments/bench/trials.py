@@ -344,10 +344,8 @@ def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
         counted = [row for row in chosen if row["spikes"] is not None]
         spikes = {m: {row["trial"]: row["spikes"] for row in counted if row["model"] == m} for m in models}
         for one, other in combinations(models, 2):
-            if reference not in ("", one):  # the first of the models
-                continue
             both = [trial for trial in spikes[one] if trial in spikes[other]]  # one may have failed in some
-            if not both:
+            if not both or reference not in ("", one):  # the first of the models
                 continue
             first, second = ([spikes[m][trial] for trial in both] for m in (one, other))
             test = paired(first, second)

@@ -26,8 +26,6 @@ from experiments.claims.readings import CHOSEN_FOR, READINGS, used_to_choose
 from experiments.studies.clips import compares_with
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
-SILENT = "The model hardly responds to translations either, so that it satisfies the claim by being silent."
-UNKNOWN = "The DSNN's half holds; the rest is about a model whose constants are not published."
 GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
 """Headings of the claims, in order."""
 MOST_FAILURES = 5
@@ -68,28 +66,15 @@ def _row(claim: Verdict, result: Reproduction) -> dict[str, Any]:
     count = claim.count
     broken = count.fails and count.word != "holds"
     held = count.sentence() if claim.experiment else "not judged"
+    unless = (words(claim.id).cause or NO_CAUSE) if broken else "" if count.judged else claim.outcome.deciding
     return {
         "group": 2 if count.kind == "unjudged" else 0 if broken else 1,
         "id": claim.id, "title": title_of(claim), "kind": count.kind, "sign": SIGNS[count.kind],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
-        "why": why(claim),
+        "why": unless,
         "evidence": [{"heading": name, "text": text} for name, text in _evidence(claim, result).items() if text],
         "figures": list(dict.fromkeys([*claim.experiment.split(", "), words(claim.id).mechanism[0]])),
     }  # fmt: skip
-
-
-def why(claim: Verdict) -> str:
-    """Return in one line why a claim does not hold everywhere, or was not judged; empty where it holds."""
-    count = claim.count
-    if count.word == "holds":
-        return ""
-    if count.half is not None and not count.fails:
-        return UNKNOWN
-    if count.fails:
-        return words(claim.id).cause or NO_CAUSE
-    if set(count.unjudged) <= {"not shown"}:
-        return "" if count.judged else claim.outcome.deciding
-    return SILENT
 
 
 def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
