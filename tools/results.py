@@ -30,7 +30,7 @@ from typing import Any
 import polars as pl
 
 from experiments.bench import registry
-from experiments.bench.reproduce import Scale, design, planned, rate
+from experiments.bench.reproduce import Scale, design, planned
 from experiments.bench.run import provenance
 from experiments.bench.run.description import read_description
 from experiments.bench.run.files import TABLE, read_parquet
@@ -38,7 +38,7 @@ from experiments.bench.run.provenance import UNREPEATABLE
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
 from experiments.bench.stats.count import SIGNS, Count, count_of, totals
-from experiments.bench.stats.verdict import Outcome, Verdict
+from experiments.bench.stats.verdict import Verdict
 from experiments.studies.robot import EYES, FIDELITY, WHEELS
 
 ROOT = Path(__file__).parents[1]
@@ -168,7 +168,7 @@ def check(root: Path) -> None:
 
 def taken(run: Path) -> dict[str, Any]:
     """Return what ``docs/results.json`` has of a finished reproduction, with the study of eyes and drives in it."""
-    designed, pooled = read(run / "design.json"), read(run / "pooled.json")
+    designed = read(run / "design.json")
     verdicts = [*stored.verdicts(read(run / "claims.json")), *stored.verdicts(read(run / "behaviours.json"))]
     scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/summary.csv"))]
     commits = {provenance.commit(read_description(table.parent)["source"]) or "unknown" for table in tables_of(run)}
@@ -176,9 +176,9 @@ def taken(run: Path) -> dict[str, Any]:
     return {
         "design": {name: designed[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": " and ".join(sorted(commits)), **designed["versions"]},
-        "claims": [_kept(verdict, pooled.get(verdict.id)) for verdict in verdicts],
+        "claims": [_kept(verdict) for verdict in verdicts],
         "eyes": [
-            {"eye": row["point"]["eye"], "drive": row["point"]["wheels"], "claim": row["claim"],
+            {"eye": row["eye"], "drive": row["wheels"], "claim": row["claim"],
              "count": dataclasses.asdict(count_of(row))}
             for row in fidelity["counts"]
         ],
@@ -186,11 +186,9 @@ def taken(run: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _kept(verdict: Verdict, whole: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return what is kept of a verdict; ``whole`` is its outcome on the trials of all replicates together."""
+def _kept(verdict: Verdict) -> dict[str, Any]:
+    """Return what is kept of a verdict."""
     decided, outcome = verdict.outcome.deciding, verdict.outcome
-    if whole and (broken := rate(verdict.id, Outcome(whole["verdict"], "", n=whole["n"], broken=whole["broken"]))):
-        decided += f"; all replicates: {broken}"
     if outcome.equal:
         decided += f"; on equal terms {outcome.equal.verdict}: {outcome.equal.deciding}"
     count, equal = dataclasses.asdict(verdict.count), verdict.equal and dataclasses.asdict(verdict.equal)

@@ -17,7 +17,7 @@ import numpy as np
 import polars as pl
 
 from experiments.bench import registry, sweep, sweep_plan
-from experiments.bench.grid import apart, keys_of, take
+from experiments.bench.grid import apart, take
 from experiments.bench.run.description import begin_whole, begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
@@ -72,7 +72,7 @@ def box_of(fit: Fit) -> tuple[Box, list[str]]:
     for text in fit.over:
         name, _, ends = text.partition("=")
         take(text, taken, fixed)
-        box[name] = _distribution(keys_of(name)[0], ends, sections)
+        box[name] = _distribution(name.split("+")[0], ends, sections)
     if not box:
         raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
     return box, [name for name in box if name.partition(".")[0] not in networks]
@@ -178,19 +178,13 @@ def importance(search: Any) -> dict[str, float]:
 
 def study_of(fit: Fit, settings: Sequence[Setting], *, again: bool = False) -> Study:
     """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
-    texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in keys_of(name))
+    texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in name.split("+"))
              for setting in settings]  # fmt: skip
     return replace(
         fit.study,
         repeats=fit.study.repeats if again or fit.search_repeats is None else fit.search_repeats,
         axes={"setting": {str(number): level for number, level in enumerate(texts)}},
     )
-
-
-def results_of(result: sweep.Sweep) -> pl.DataFrame:
-    """Return the `RESULTS` of a sweep whose points are settings; silence gains nothing."""
-    slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")
-    return result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack).cast(RESULTS)
 
 
 def scored(results: pl.DataFrame) -> pl.DataFrame:
@@ -215,16 +209,14 @@ def scored(results: pl.DataFrame) -> pl.DataFrame:
     return totals.join(wide, "setting", maintain_order="left").join(means, "setting", maintain_order="left")
 
 
-def best_of(table: pl.DataFrame, fit: Fit) -> list[int]:
+def best_of(table: pl.DataFrame) -> list[int]:
     """Return the numbers of the winner and the next best: where all claims are kept first, then by the slack.
 
     ``table`` has a row for each setting, with the columns of `scored`.
     """
     order = [pl.col("kept") == pl.col("claims"), LEAST, MEAN]
     ranked = table.sort(order, descending=True, maintain_order=True)
-    keys = [text.partition("=")[0] for text in fit.over]
-    distinct = ranked.unique(keys, keep="first", maintain_order=True)  # a box of names alone has settings twice
-    return distinct["number"].head(NEXT_BEST + 1).to_list()
+    return ranked["number"].head(NEXT_BEST + 1).to_list()
 
 
 def with_all(results: pl.DataFrame) -> pl.DataFrame:
@@ -267,8 +259,6 @@ class Fitted:
 
     Parameters
     ----------
-    fit
-        What was asked for.
     settings
         The settings searched and those of the even sample, a row each: ``of``, ``number``, their values, and how they
         scored.
@@ -292,7 +282,6 @@ class Fitted:
         Everything that failed.
     """
 
-    fit: Fit
     settings: pl.DataFrame
     anew: pl.DataFrame
     winner: Setting
@@ -322,10 +311,9 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Box, list[str]]:
     check_counts(seed, fit.held_out, "--held-out")
     box, outside = box_of(fit)
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
-    for again in (False, True):
-        plan = sweep_plan.planned(study_of(fit, corners, again=again), seed)
-        if not plan.claims:
-            raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
+    plan = sweep_plan.planned(study_of(fit, corners), seed)
+    if not plan.claims:
+        raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
     return box, outside
 
 
@@ -367,7 +355,10 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
         study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
         result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources)
         failures.extend(result.failures)
-        return results_of(result)
+        slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")  # silence gains nothing
+        return result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack).cast(
+            RESULTS
+        )
 
     def table(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.DataFrame:
         own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
@@ -383,7 +374,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
             searched = pl.concat([searched, results.with_columns(pl.col("setting") + len(settings))])
             settings += shown
         found = table("search", settings, searched)
-        best = best_of(found, fit)
+        best = best_of(found)
         anew = play(
             f"held-out-{len(settings)}", [settings[place] for place in best], seed + TEST, fit.held_out, again=True
         )
@@ -406,7 +397,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
              f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
              " the box",
              f"luck of the search: {luck:.4g}; its fresh seeds were looked at {looks} times"]  # fmt: skip
-    fitted = Fitted(fit, pl.concat([found, filled]), rows, winner, word, share, luck, importance(search), looks, lines,
+    fitted = Fitted(pl.concat([found, filled]), rows, winner, word, share, luck, importance(search), looks, lines,
                     failures)  # fmt: skip
     files = Files(out)
     files.write_rows("fit.csv", fitted.settings.to_dicts())

@@ -22,11 +22,6 @@ ENDS: Mapping[str, int] = {"first": 0, "last": -1}
 """Suffix of a key -> the place, in a parameter of several values, of the value that it means."""
 
 
-def keys_of(name: str) -> tuple[str, ...]:
-    """Return the keys of the parameters that have one value, from ``KEY`` or ``KEY+KEY``."""
-    return tuple(name.split("+"))
-
-
 def apart(key: str) -> tuple[str, str]:
     """Split a key into that of the parameter and the end of it that is meant: ``first``, ``last`` or empty."""
     parameter, _, end = key.rpartition(".")
@@ -38,7 +33,7 @@ def take(text: str, taken: set[str], fixed: Collection[str] = ()) -> None:
 
     The two ends of one parameter are two keys, and a parameter as a whole has both.
     """
-    for key in keys_of(text.partition("=")[0]):
+    for key in text.partition("=")[0].split("+"):
         whole = apart(key)[0]
         if key in fixed or any(key in (other, apart(other)[0]) or whole == other for other in taken):
             raise UsageError(f"--over {text}: {key} is there twice, or --set settles it")
@@ -46,7 +41,7 @@ def take(text: str, taken: set[str], fixed: Collection[str] = ()) -> None:
 
 
 def levels_of(over: Sequence[str], assignments: Iterable[str] = ()) -> dict[str, Levels]:
-    """Return the levels of each axis from ``KEY=V1,V2,...`` texts. Those of a parameter ascend if all are numbers.
+    """Return the levels of each axis from ``KEY=V1,V2,...`` texts.
 
     Parameters
     ----------
@@ -69,9 +64,7 @@ def levels_of(over: Sequence[str], assignments: Iterable[str] = ()) -> dict[str,
         if not levels or len(set(levels)) < len(levels):
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
         take(text, taken, fixed)
-        numbers = values_of(levels)
-        levels.sort(key=lambda level: numbers[level] if isinstance(numbers[level], float) else 0.0)
-        axes[name] = {level: tuple(f"{key}={level}" for key in keys_of(name)) for level in levels}
+        axes[name] = {level: tuple(f"{key}={level}" for key in name.split("+")) for level in levels}
     if len(axes) > MOST_AXES:
         raise UsageError(f"--over must be there once or {MOST_AXES} times, got {len(axes)}")
     return axes

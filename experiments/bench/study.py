@@ -103,10 +103,6 @@ class Study:
     def __post_init__(self) -> None:
         check_name("study", self.name)
         make_tuples(self, f"study {self.name}", ("claims", "measures", "experiments", "over", "models", "assignments"))
-        axes = {
-            axis: {str(level): tuple(texts) for level, texts in levels.items()} for axis, levels in self.axes.items()
-        }
-        object.__setattr__(self, "axes", axes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,8 +186,7 @@ def called(name: str) -> Study | None:
     if not declares(path, "STUDY"):
         return None
     study: Any = declared(path, "STUDY")
-    if not isinstance(study, Study):
-        raise UsageError(f"{path}: STUDY must be an experiments.Study, got a {type(study).__name__}")
+    assert isinstance(study, Study), f"{path}: STUDY must be an experiments.Study"
     models = tuple(beside(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
     folder = path.resolve().parent
     experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)

@@ -6,6 +6,7 @@ import dataclasses
 import math
 import os
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -145,17 +146,13 @@ class Sweep:
         """The study's further tables."""
         return self.plan.study.tables(self) if self.plan.study.tables else {}
 
-    def troubles(self) -> list[tuple[str, str]]:
-        """Return the claims, each with what went wrong in a user's own judge."""
-        return [(key[2], outcome.trouble) for key, outcomes in self.outcomes.items() for outcome in outcomes]
-
     def described(self) -> dict[str, Any]:
         """Return the contents of ``NAME.json``, which a reproduction's page reads: the counts, and further tables."""
-        study, points = self.plan.study, [dict(point) for point, _, _ in self.outcomes]
+        study = self.plan.study
         return {
             "study": study.name, "summary": study.summary, "replicates": study.replicates,
             "repeats": self.plan.repeats, "seed": self.plan.seed,
-            "counts": [{"point": point, **row} for point, row in zip(points, self.counts.to_dicts(), strict=True)],
+            "counts": self.counts.to_dicts(),
             "tables": self.tables, "failures": self.failures,
         }  # fmt: skip
 
@@ -170,7 +167,7 @@ def read(plan: Plan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Failu
     for point, judge in plan.judged:
         for number in range(plan.study.replicates):
             own: list[Mapping[str, Any]] = []
-            lost: dict[tuple[str, str], int] = {}
+            lost = Counter[tuple[str, str]]()
             models: dict[str, Any] = {}
             for experiment in plan.experiments:
                 numbers, seen = plan.shares.get((point, judge, experiment, number), (range(0), {}))
@@ -179,8 +176,7 @@ def read(plan: Plan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Failu
                     for name, model in seen.items():
                         there = by_trial.get((trial, model.label), ())
                         own += ({**row, "model": name} for row in there)
-                        if not there:
-                            lost[experiment, name] = lost.get((experiment, name), 0) + 1
+                        lost[experiment, name] += not there
             thresholds = {name: model.threshold for name, model in models.items()}
             looming = {name: model.thresholds.get("looming") for name, model in models.items()}
             found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds, looming))
@@ -204,11 +200,14 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def batch(plan: Plan) -> Batch[Any]:
-    """Return all trials of a sweep as a batch. They leave neither recordings nor frames."""
+def play(plan: Plan, out: Path, pool: Any, resources: Resources) -> Sweep:
+    """Play what a folder lacks of a sweep with a pool of workers, and read what it has.
+
+    Its trials leave neither recordings nor frames.
+    """
     on_clips, probe = plan.things == "clips", plan.study.probe
     work: Any = partial(offline.play_clip, frames=False) if on_clips else trials.work
-    return Batch(
+    batch = Batch(
         name=plan.study.name,
         specs=plan.specs,
         work=partial(_probed, columns=probe[0]) if probe else work,
@@ -219,11 +218,7 @@ def batch(plan: Plan) -> Batch[Any]:
         things=plan.things,
         size=clips.pixels if on_clips else trials.seconds,
     )  # fmt: skip
-
-
-def play(plan: Plan, out: Path, pool: Any, resources: Resources) -> Sweep:
-    """Play what a folder lacks of a sweep with a pool of workers, and read what it has."""
-    with batch(plan).run(out, pool, resources) as folder:
+    with batch.run(out, pool, resources) as folder:
         return read(plan, folder.table("trials").to_dicts(), folder.failures())
 
 
@@ -249,24 +244,18 @@ def run(plan: Plan, out: Path, resources: Resources) -> Sweep:
     UsageError
         There is another run.
     """
-    with resources.pool() as pool:
-        result = play(plan, out, pool, resources)
-    write(result, out)
-    return result
-
-
-def write(result: Sweep, folder: Path) -> None:
-    """Write the tables of a sweep, its ``NAME.json`` and its figure into a folder."""
     from experiments.bench.report import style  # not before: workers do without matplotlib
     from experiments.bench.report import sweep as report
 
-    files, name = Files(folder), result.plan.study.name
-    both = [table for table in (result.counts, result.numbers) if table.height]
+    with resources.pool() as pool:
+        result = play(plan, out, pool, resources)
+    files, name = Files(out), plan.study.name
     files.write_rows("outcomes.csv", result.table.to_dicts())
-    files.write_rows("counts.csv", pl.concat(both, how="diagonal_relaxed").to_dicts() if both else [])
+    files.write_rows("counts.csv", [*result.counts.to_dicts(), *result.numbers.to_dicts()])
     files.write_json(f"{name}.json", result.described())
-    if result.counts.height or (both and len(result.plan.axes) in (1, 2)):
-        style.save(report.draw(result), folder / name)
+    if plan.claims or plan.axes:
+        style.save(report.draw(result), out / name)
+    return result
 
 
 def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
@@ -278,9 +267,7 @@ def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> St
     if study is None:
         assert isinstance(experiment, str)
         names = tuple(name for name in experiment.split(",") if name)
-        if not names:
-            raise UsageError("EXPERIMENT: expected one name or more, joined by commas, for example general,speed")
-        summary = "claims and numbers over a grid of parameters"
+        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
         study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
     asked = {name: value for name, value in given.items() if value is not None}
     if over and isinstance(experiment, Study):

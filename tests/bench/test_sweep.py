@@ -45,7 +45,7 @@ def whole(tmp_path_factory):
 def test_counts_are_those_of_judging_by_hand(whole):
     rows, counts = pl.read_parquet(whole / "trials.parquet").to_dicts(), pl.read_csv(whole / "counts.csv").to_dicts()
     assert [(row["dsnn.t_sp"], row["claim"]) for row in counts] == [
-        (level, claim) for level in (0.01, 0.2) for claim in ("C13", "C14", TOGETHER)
+        (level, claim) for level in (0.2, 0.01) for claim in ("C13", "C14", TOGETHER)
     ]
     for level in (0.2, 0.01):
         here = [row for row in rows if row["dsnn.t_sp"] == level]

@@ -132,7 +132,7 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     paper = [Verdict.of(c1, [held, Outcome("fails", "m"), held, Outcome.unjudged("m")]),
              Verdict.of(c14, [Outcome("holds", "m")] * 40)]  # fmt: skip
     ours = Verdict.of(b3, [Outcome("fails", "0.2", decided="0.1 (needs above 0.5)")])
-    counts = [{"point": {"eye": eye, "wheels": wheels}, "claim": "C14", "holds": n, "fails": 20 - n}
+    counts = [{"eye": eye, "wheels": wheels, "claim": "C14", "holds": n, "fails": 20 - n}
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
     files = {
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},

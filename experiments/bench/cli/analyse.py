@@ -44,14 +44,8 @@ def reproduce(
     """
     from experiments.bench import reproduce as whole
     from experiments.bench.report import page
-    from experiments.bench.report.terminal import out_console, show_files, show_verdicts
-    from experiments.bench.run.errors import UsageError
-    from experiments.bench.run.settings import check_counts
-    from experiments.bench.stats.count import totals
+    from experiments.bench.report.terminal import show_files, show_verdicts
 
-    if quick and full:
-        raise UsageError("--quick and --full: give one of them")
-    check_counts(seed)
     means = options.resources(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     plans = whole.planned(scale, seed, (*whole.BESIDE, *(model or ())), experiment or (), robot_only)
@@ -59,7 +53,6 @@ def reproduce(
     page.write(result)
     if not quiet:
         show_verdicts((*result.claims, *result.own_claims))
-        out_console.print(f"\n{'; '.join(totals([(verdict.id, verdict.count) for verdict in result.claims]))}\n")
         show_files(result.folder, "reproduction")
     return options.EXIT_FAILED if any(result.failures.values()) else 0
 
@@ -107,7 +100,8 @@ def sweep(
     result = sweeps.run(plan, folder, means)
     if not quiet:
         show(result, folder)
-    return options.EXIT_FAILED if result.failures or tell_troubles(result.troubles()) else 0
+    told = tell_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
+    return options.EXIT_FAILED if result.failures or told else 0
 
 
 def _names(text: str | None) -> list[str] | None:
@@ -163,11 +157,9 @@ def fit(
                                "search_repeats": repeats}  # fmt: skip
     given = {name: value for name, value in numbers.items() if value is not None}
     if experiment in FITS:
-        if over or claims or assignments or model:
-            raise UsageError(f"{experiment}: its box, claims, model and settings are written down in its file")
-        asked = shipped(experiment)
-        study = asked.study if replicates is None else dataclasses.replace(asked.study, replicates=replicates)
-        asked = dataclasses.replace(asked, study=study, **given)
+        if over or claims or assignments or model or replicates:
+            raise UsageError(f"{experiment}: its box, claims, model, settings and replicates are in its file")
+        asked = dataclasses.replace(shipped(experiment), **given)
     else:
         name = f"fit-{'-'.join(Path(name).stem for name in experiment.split(','))}"
         study = typed(experiment, name=name, claims=_names(claims), models=model and [model], assignments=assignments,

@@ -10,14 +10,11 @@ from matplotlib.figure import Figure
 
 from experiments.bench.report import style, terminal
 
-SHOWN = 5
-"""Parameters that are drawn, of those on which the slack turns most."""
-
 
 def draw(fitted: Any) -> Figure:
     """Draw a fit, an `experiments.Fitted`: a panel for each parameter, and one for the settings judged again."""
     shares = fitted.importance
-    keys = sorted(fitted.winner, key=lambda key: -shares.get(key, 0.0))[:SHOWN]
+    keys = sorted(fitted.winner, key=lambda key: -shares.get(key, 0.0))[:5]
     anew = fitted.anew.filter(name=fitted.anew["name"][0]).reverse().with_row_index("place")
     with style.look():
         figure = Figure((style.WIDTH, 2.2 * (1 + len(keys) // 3) + 0.9), layout="constrained")

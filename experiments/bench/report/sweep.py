@@ -20,9 +20,6 @@ from experiments.bench.study import TOGETHER
 
 SHARES = LinearSegmentedColormap.from_list("held", (style.HUES[1], "#f4f1ea", style.HUES[0]))
 """Share of the replicates in which a claim holds, 0 to 1."""
-SCALE = "viridis"
-"""Colours of numbers."""
-ACROSS = 3
 
 
 def draw(result: Any) -> Figure:
@@ -31,29 +28,15 @@ def draw(result: Any) -> Figure:
     One parameter has curves with intervals, two have maps, one for each claim and measure of each model. Claims over
     levels with names are one map: points and models down, claims across.
     """
-    plan, number = result.plan, result.plan.study.replicates
+    plan = result.plan
     named = bool(result.counts.height) and (not plan.axes or bool(plan.study.axes))
-    symbols = (
-        "Blue: the claim holds, orange: it fails, k/n: in k of n replicates (h: the DSNN's half); hatched: not judged."
-    )
-    if not named and len(plan.axes) < 2:
-        symbols = "Whiskers: 95 % interval, or the range of replicates."
     with style.look():
         figure = _table(result) if named else _panels(result)
-        style.headline(figure, finding(result))
-        style.caption(figure, f"{symbols} {style.sentence(plan.study.name)}: n = {number}, from seed {plan.seed}.")
+        style.headline(figure, style.sentence(plan.study.summary))
+        what = f"{style.sentence(plan.study.name)}: n = {plan.study.replicates}, from seed {plan.seed}."
+        symbols = "k/n: holds in k of n (h: the DSNN's half); hatched: not judged; whiskers: 95 % interval, or range."
+        style.caption(figure, f"{symbols} {what}")
     return figure
-
-
-def finding(result: Any) -> str:
-    """Say at how many points all claims hold; without claims, what the sweep is of."""
-    if not result.plan.claims:
-        return style.sentence(result.plan.study.summary)
-    counts = result.counts.filter(pl.col("claim") != TOGETHER)
-    held = pl.Series("held", [shown(row)[0] == 1.0 for row in counts.iter_rows(named=True)])
-    whole = counts.with_columns(held).group_by(*result.plan.axes, "model").agg(pl.col("held").all())["held"]
-    claims = ", ".join(counts["claim"].unique(maintain_order=True))
-    return f"{claims}: all hold in every replicate at {whole.sum()} of {len(whole)} points"
 
 
 def shown(row: Mapping[str, Any]) -> tuple[float, str]:
@@ -90,7 +73,7 @@ def _panels(result: Any) -> Figure:
     up = list(second[0][1]) if second else []
     panels = _cells(result).partition_by("what", "model", maintain_order=True)
     titles = {claim.id: f"{claim.title} ({claim.id})" for claim, _ in result.plan.claims} | {TOGETHER: "All claims"}
-    across = min(ACROSS, len(panels))
+    across = min(3, len(panels))
     down = math.ceil(len(panels) / across)
     height = min(1.3 + 0.24 * len(up) if up else 1.7, (style.PAGE - 0.9) / down)
     figure = Figure((style.WIDTH, 0.9 + down * height), layout="constrained")
@@ -110,8 +93,7 @@ def _panels(result: Any) -> Figure:
         panel.set_xticks(range(len(levels)), list(levels), rotation=90 if len(levels) > 6 else 0)
     for panel in grid[-across:]:
         panel.set_xlabel(style.wrapped(across_name, inches))
-    for panel in grid[::across] if up else ():
-        panel.set_ylabel(style.wrapped(second[0][0], height))
+    figure.supylabel(second[0][0] if up else "")
     return figure
 
 
@@ -121,7 +103,7 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
     cells[table["y"].to_numpy(), table["x"].to_numpy()] = table["value"].cast(float).to_numpy()
     panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
     if not table["judged"][0]:
-        image = panel.imshow(cells, origin="lower", aspect="auto", cmap=SCALE)
+        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="viridis")
         panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
         return
     panel.imshow(cells, origin="lower", aspect="auto", cmap=SHARES, vmin=0.0, vmax=1.0)
@@ -152,7 +134,6 @@ def show(result: Any, folder: Path) -> None:
     plan = result.plan
     wide = _cells(result).pivot("what", index=[*plan.axes, "model"], values="text", maintain_order=True)
     terminal.show(wide, f"Claims: in how many of {plan.study.replicates} replicates they hold" if plan.claims else "")
-    terminal.out_console.print(finding(result))
     for title, further in result.tables.items():
         terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
     terminal.show_places({"figure": folder / f"{plan.study.name}.png", "table": folder / "counts.csv"})
