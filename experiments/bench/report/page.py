@@ -47,7 +47,8 @@ def page(result: Reproduction) -> str:
     """Return the page of a reproduction: HTML without scripts that needs nothing from outside."""
     claims = [_row(claim, result) for claim in (*result.claims, *result.own_claims)]
     sections = group(_sections(result), "chapter")
-    drawn = {mark: name for run in result.runs for name, mark in run.description.get(RENDERERS, {}).items()}
+    drew = [pair for run in result.runs for pair in run.description.get(RENDERERS, {}).items()]
+    drawn = {mark: name for name, marks in drew for mark in marks}
     return render(
         "report/page.html.j2",
         summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in result.claims])],
