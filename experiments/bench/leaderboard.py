@@ -49,7 +49,8 @@ from experiments.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
 """Board -> name of its table, without its ending."""
-TIMES = {"us_99x72": (72, 99), "us_320x180": (180, 320)}
+ROBOT_SHAPE = (72, 99)
+TIMES = {"us_99x72": ROBOT_SHAPE, "us_320x180": (180, 320)}
 """Measure of time -> the shape of the frames, (R, C)."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
@@ -462,7 +463,9 @@ def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl
         error_console.print("timing: 99x72 and 320x180, in turns, one thread")
     # After the workers have gone: nothing of this run's own competes for the processor.
     shown = {model.label: model for board in FILES if board in planned for model in planned[board][0].specs[0].models}
-    times = {name: time_models([*shown.values()], shape) for name, shape in TIMES.items()}
+    robot = planned[ROBOT.name][0].specs[0].models  # with their parameters for 99x72
+    times = {name: time_models(robot if shape == ROBOT_SHAPE else [*shown.values()], shape)
+             for name, shape in TIMES.items()}  # fmt: skip
     boards = rank(planned, responses, times)
     for board, table in boards.items():
         Files(folder).write_rows(f"{FILES[board]}.csv", table.to_dicts())

@@ -36,7 +36,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
         "check": (own.check, "Try the laws of every model, stimulus or arena on yours"),
     },
     "robot": {
-        "firmware": (robot.app, "Budget, check and export of the chip's program"),
+        "firmware": (robot.app, "Budget, check, export and logs of the chip's program"),
         "import": (robot.import_log, "Make a run of a real robot's log"),
         "camera": (robot.camera, "Measure a real camera from its frames"),
         "doctor": (robot.doctor, "Look at what this machine has of what the bench needs"),
@@ -50,7 +50,7 @@ EXAMPLES = """\
 RENAMED = {
     "cite": "CITATION.cff",
     "compare": "experiments.compare(A, B) in Python",
-    "export": "colias video RUN --out FOLDER for frames; tables are Parquet",
+    "export": "colias video RUN --out FOLDER for frames, colias firmware log for a robot's log; tables are Parquet",
     "map": "colias sweep",
     "parameters": "colias list parameters",
     "play": "colias watch STIMULUS",

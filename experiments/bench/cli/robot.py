@@ -106,6 +106,21 @@ def decode(
     return options.EXIT_FAILED if missing or not frames.height else 0
 
 
+@app.command(short_help="Write a run with the robot as the log that a robot would have sent.")
+def log(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run with the robot.")], out: Folder
+) -> int:
+    """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
+    from experiments.bench.report.terminal import show_places
+    from experiments.bench.result import load
+    from experiments.bench.robot_side import logs
+
+    options.check_new(out)
+    logs.write(load(run), out)
+    show_places({"log": out / logs.LOG})
+    return 0
+
+
 def import_log(
     log: Annotated[Path, typer.Argument(help="The log, a CSV with a row per frame.")],
     frames: Annotated[

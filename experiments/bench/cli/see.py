@@ -180,7 +180,7 @@ def list_names(
     for heading in KINDS if kind is None else (kind,):
         out_console.print(heading, style="b")
         for name, summary in _names(heading).items():
-            out_console.print(f"  {name:<20}{summary}")
+            out_console.print(f"  {name:<20} {summary}")
     return 0
 
 

@@ -8,8 +8,12 @@ from experiments.bench.report import terminal
 from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
 from experiments.bench.result import Run, whole_networks
 from experiments.bench.run.rows import PEAKS
+from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import flaws
 from experiments.bench.sources.trial_rows import varying
+
+MEANS = ("spikes", "firing_rate_hz", "peak_hs", "peak_looming")
+"""Means over trials that the table of a run has, as far as its models have them."""
 
 
 def show(run: Run) -> None:
@@ -21,9 +25,14 @@ def show(run: Run) -> None:
     if rows and clips:
         terminal.show(run.trials.filter(repeat=0).select("clip", "model", *PEAKS, "spikes"), "first seed")
     elif rows:
-        spikes = run.summary.filter(pl.col("quantity") == "spikes", pl.col("model").is_in([*models]))
-        if spikes.height:
-            terminal.show(spikes.select(*varies, "n", pl.col("mean").alias("spikes"), "ci_low", "ci_high"))
+        keys, shown = ["model", *CONDITION_COLUMNS], run.summary.filter(pl.col("model").is_in([*models]))
+        peaks = shown.filter(pl.col("quantity").is_in(MEANS)).pivot("quantity", index=keys, values="mean")
+        spikes = shown.filter(quantity="spikes").select(*keys, "ci_low", "ci_high")
+        trials = shown.group_by(keys).agg(pl.col("n").max())
+        joined = peaks.join(trials, on=keys, nulls_equal=True, maintain_order="left")
+        joined = joined.join(spikes, on=keys, how="left", nulls_equal=True, maintain_order="left")
+        means = [name for name in MEANS if name in peaks.columns]
+        terminal.show(joined.select(*varies, "n", *means[:1], "ci_low", "ci_high", *means[1:]))
     out_console.print()
     named = not clips and len(models | {verdict.model for verdict in run.verdicts if verdict.model}) > 1
     show_verdicts(run.verdicts, model=named, provenance=run.provenance if run.kind == "measured" else "")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -73,7 +73,7 @@ def _text(cell: object) -> str:
     return "" if cell is None else f"{cell:,.0f}" if isinstance(cell, int | float) else str(cell)
 
 
-def show_verdicts(verdicts: Iterable[Verdict], *, model: bool = False, provenance: str = "") -> None:
+def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenance: str = "") -> None:
     """Print each verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
 
     What else was measured stands in ``claims.json``.
@@ -89,7 +89,8 @@ def show_verdicts(verdicts: Iterable[Verdict], *, model: bool = False, provenanc
     """
     from experiments.bench.stats.claim import title_of  # not before: it loads every claim
 
-    for verdict in verdicts:
+    skipped = {verdict.id: verdict.outcome.least for verdict in verdicts if verdict.outcome.least}
+    for verdict in (verdict for verdict in verdicts if not verdict.outcome.least):
         count = verdict.count
         who = f" ({verdict.model})" if model and verdict.model else ""
         origin = f" [{provenance}]" if provenance else ""
@@ -99,6 +100,9 @@ def show_verdicts(verdicts: Iterable[Verdict], *, model: bool = False, provenanc
             told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
         label = Text(count.label, VERDICT_COLOURS[count.kind])
         out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {told}"))
+    if skipped:
+        claims = f"{len(skipped)} claim{'s' * (len(skipped) > 1)} skipped ({', '.join(skipped)})"
+        out_console.print(f"{claims}: need --repeats {max(skipped.values())} or more")
 
 
 def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 
 from dsnn.native.binding import ONBOARD
 from experiments.bench.robot_side import firmware
+from experiments.bench.robot_side.logs import FRAMES
 from experiments.bench.run.recordings import write_pictures
 from experiments.bench.run.templates import render
 
@@ -68,7 +69,7 @@ def export(program: firmware.Program, folder: Path, assignments: Sequence[str] =
     for name, text in written.items():
         (folder / name).write_text(text, encoding="utf-8")
     for index, frames in enumerate(shown.values()):
-        write_pictures(folder / "frames" / f"trial-{index:04d}", frames, ".pgm")
+        write_pictures(folder / FRAMES / f"trial-{index:04d}", frames, ".pgm")
 
 
 def _frames_header(program: firmware.Program, shown: dict[str, firmware.Frames]) -> str:

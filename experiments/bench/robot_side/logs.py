@@ -1,4 +1,4 @@
-"""A robot's log: read and made a run, decoded of what a board has sent.
+"""A robot's log: read and made a run, written of a run, decoded of what a board has sent.
 
 A log is a CSV with a row per frame and model. docs/how-to/real-robot.md documents its columns. A board's serial line
 has records: ``dsnn/native/firmware/record.h`` has their form, ``measure_main.c`` the list of them.
@@ -33,12 +33,13 @@ from experiments.bench.run import rows as of_rows
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import ConfiguredModel, ask, look_up
 from experiments.bench.run.play import Sample, Showing, Trial, play
-from experiments.bench.run.recordings import Images
+from experiments.bench.run.recordings import Images, pictures, write_pictures
 from experiments.bench.run.rows import COLUMN, OBSERVER
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.user_code import sha256
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, away_cm, responses, windows
 from experiments.bench.trials import Plan, conclude, configure, describe
 from scenes.hints import nearest
@@ -57,7 +58,7 @@ SCHEMA = pl.Schema(
 RANGES = {"hs": (-1, 1), "vs": (-1, 1), "azimuth": (-1, 1), "looming": (0, 1), "looming_spikes": (0, 1e6)}
 """Column -> its least and its largest value; of the others a million."""
 ROBOT, SIMULATION = "robot", "simulation"
-"""Values of ``origin``; blank is ``robot``. QEMU as the board is a ``simulation``."""
+"""Values of ``origin``; blank is ``robot``. ``colias firmware log`` writes ``simulation``."""
 UNKNOWN = ("achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "closest_cm",
            "seconds_in_view")  # fmt: skip
 """Columns of ``trials.parquet`` of which a robot's log knows nothing; of the last two with a tracker it does."""
@@ -309,6 +310,7 @@ def record(trial: LogTrial, showings: Sequence[Showing], rows: Sequence[Mapping[
 MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({of_rows.COLUMN: str})
 SHOWN_FRAMES = "@frames"
 """Ends the label of a model that is shown the frames, where the robot's own has that name."""
+LOG, FRAMES = "log.csv", "frames"
 LEAST_FPS = 0.5
 """Slowest rate of a log's frames, 1/s: below, ``time_s`` is in another unit than seconds."""
 
@@ -431,6 +433,38 @@ def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, qui
         return conclude(planned, folder)
 
 
+def write(recorded: Run, out: Path) -> None:
+    """Write a run as the log that a robot would have sent: `LOG`, and `FRAMES` of the trials that have a recording.
+
+    A robot has one eye: of a run with both eyes the models that see by the second are left out.
+
+    Parameters
+    ----------
+    recorded
+        A run of simulated trials with the robot.
+    out
+        A new folder.
+
+    Raises
+    ------
+    UsageError
+        The run is of another kind.
+    """
+    if recorded.kind != "trials":
+        raise UsageError(f"{recorded.folder}: a log is of simulated trials with the robot, not of {recorded.kind}")
+    conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
+    conditions = conditions.filter(~pl.col("model").str.ends_with(f"{MARK}{TRUE}"))
+    table = recorded.frames.join(conditions, on=["trial", "model"], how="inner", maintain_order="left")
+    table = table.rename({"sim_time_s": TIME}).with_columns(pl.lit(SIMULATION).alias("origin"))
+    there = [name for name in SCHEMA if table[name].null_count() < table.height]
+    out.mkdir(parents=True, exist_ok=True)
+    table.select(there).write_csv(out / LOG)
+    for recording in recorded.recordings:
+        frames = pictures(recording).get("camera")
+        if frames is not None:
+            write_pictures(out / FRAMES / recording.stem, frames, ".pgm")
+
+
 NONE = "-"
 """What stands where a board cannot tell."""
 BOARD = ("version", "board", "columns", "rows", "trials", "frames", "frame_us", "clock_hz", "flash_waits", "counter")
@@ -452,7 +486,7 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
     ----------
     data
         The bytes as they came. Where the program ran several times, as after a reset of the board, a frame counts as it
-        was sent last.
+        was sent last; where another program ran, the frames before it are dropped.
 
     Returns
     -------
@@ -475,6 +509,8 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
         if kind == "frame":
             frames.append(record)
         else:
+            if kind == "board" and any(board.get(name, value) != value for name, value in record.items()):
+                frames, board = [], {}  # another program was flashed meanwhile
             board |= record
     table = pl.DataFrame(frames, dict.fromkeys(FRAME, pl.Int64))
     return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, damaged

@@ -154,7 +154,7 @@ MEASURED = "measured"
 FRAMES_MEASURED = "frames measured, network simulated"
 """The robot's camera took the frames; a model of this bench answered to them."""
 LOG_OF_SIMULATION = "log of a simulated run"
-"""A simulation wrote the log: nothing of it was measured."""
+"""``colias firmware log`` wrote the log: nothing of it was measured."""
 FRAMES_OF_SIMULATION = "frames from the log of a simulated run"
 
 

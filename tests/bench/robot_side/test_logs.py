@@ -12,10 +12,8 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.robot_side.logs import POSES, SCHEMA, UNKNOWN
+from experiments.bench.robot_side.logs import POSES, UNKNOWN
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.recordings import pictures, write_pictures
-from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.robot import forget_simulations
 
 SPEEDS = "--set", "experiment.speeds_cm_s=20,30"
@@ -59,20 +57,9 @@ def simulated(tmp_path_factory):
         forget_simulations()
 
 
-def as_log(run, out):
-    """Write a run as the log, with frames, that a robot would have sent."""
-    conditions = run.trials.select("trial", "model", *CONDITION_COLUMNS)
-    table = run.frames.join(conditions, on=["trial", "model"], maintain_order="left").rename({"sim_time_s": "time_s"})
-    table = table.with_columns(origin=pl.lit("simulation"))
-    out.mkdir()
-    table.select(name for name in SCHEMA if table[name].null_count() < table.height).write_csv(out / "log.csv")
-    for recording in run.recordings:
-        write_pictures(out / "frames" / recording.stem, pictures(recording)["camera"], ".pgm")
-
-
 def test_a_simulated_run_comes_back_equal(simulated, tmp_path):
     """Spikes, HS to the last bit, measures in view and statistics: where it comes from is all that differs."""
-    as_log(simulated, tmp_path / "robot")
+    assert colias("firmware", "log", simulated.folder, "--out", tmp_path / "robot") == 0
     frames = tmp_path / "robot" / "frames"
     back = imported(tmp_path / "robot" / "log.csv", tmp_path / "back", "--frames", frames, "--set", "dsnn.n_con=6")
     assert "dsnn.n_con" in back.trials.columns
@@ -86,9 +73,16 @@ def test_a_simulated_run_comes_back_equal(simulated, tmp_path):
     assert set(back.trials["provenance"]) == {"log of a simulated run"} == {back.provenance}
 
 
+def test_a_log_of_both_eyes_has_the_robot_s_one_eye(tmp_path):
+    settings = {"experiment.speeds_cm_s": [30], "experiment.direction": "rightward"}
+    run = experiments.run("speed", settings=settings, repeats=1, eyes="both", quiet=True, workers=0, out=tmp_path / "a")
+    assert colias("firmware", "log", run.folder, "--out", tmp_path / "robot") == 0
+    assert set(pl.read_csv(tmp_path / "robot" / "log.csv")["model"]) == {"dsnn"} < set(run.models)
+
+
 def test_frames_of_a_camera_alone_are_shown_to_a_model(simulated, tmp_path):
     """What the network made of the frames in the simulation it makes of them again."""
-    as_log(simulated, tmp_path / "robot")
+    assert colias("firmware", "log", simulated.folder, "--out", tmp_path / "robot") == 0
     frames, log = tmp_path / "robot" / "frames", tmp_path / "camera.csv"
     whole = pl.read_csv(tmp_path / "robot" / "log.csv")
     whole.select("trial", "speed_cm_s", "time_s").write_csv(log)
