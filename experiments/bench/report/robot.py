@@ -41,7 +41,7 @@ SUMS = {"excitation": ("excitation", style.HUES[0]), "weighted_inhibition": ("in
 HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "residue": ("leftover", style.HUES[3])}
 """Columns of excitation -> their names and colours."""
 POINTS = "Dots: trials; dark: their means."
-INTERVALS = "Dots: trials; dark: means with 95 % intervals. Titles order means with intervals apart."
+INTERVALS = "Dots: trials; dark: means with 95 % intervals. Titles compare only means whose intervals do not overlap."
 TRACES = "Potentials: means; bands: range of the trials; dashes: threshold."
 
 Measure = tuple[str, str, Mapping[str, str]]

@@ -35,6 +35,7 @@ TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
 ENDING = ".npz"
 KEEP, REACH, LIMIT = 0.9, 0.04, 0.3
 """Share of a command that stays, its change by an answer of 1, and the greatest one: shares of the maximum."""
+STEERING = {"keep": KEEP, "reach": REACH, "limit": LIMIT}
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +132,8 @@ class About:
     envs: int = Field(ge=1)
     model: str = "hybrid"
     hidden: tuple[int, ...] = (32, 32)
+    steering: Mapping[str, float] = Field(default_factory=lambda: STEERING)
+    """How commands follow the network's answers; a policy drives only with the steering that it was trained with."""
     versions: Mapping[str, str] = Field(default_factory=dict)
     options: Mapping[str, Any] = Field(default_factory=dict)
     """The env's arguments in training, beside observation and model."""
@@ -140,6 +143,8 @@ class About:
         if self.env not in ENVS:
             raise ValueError(f"env must be one of {', '.join(ENVS)}, got {short(self.env)}")
         model_entry(self.model)
+        if dict(self.steering) != STEERING:
+            raise ValueError(f"steering must be {STEERING}, got {short(dict(self.steering))}")
         for name in self.options:
             if name not in TRAINED_UNDER:
                 raise ValueError(f"a training may change {', '.join(TRAINED_UNDER)}, got {short(name)}")
