@@ -212,7 +212,7 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> No
         at = [places[level] + 0.12 * gap * (place - (len(curves) - 1) / 2) for level in found]
         line = "none" if words else DASHES[place % len(DASHES)]
         style.means(axes, at, samples, style.INK, label, line=line, gap=gap, dots=[colours[level] for level in found])
-    if len(curves) > 1:
+    if len(curves) > 1 and not words:
         axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0, markerscale=0.0)
     if words:
         axes.set_xticks(range(len(levels)), [level_text(level).replace(" ", "\n") for level in levels])
