@@ -121,11 +121,6 @@ def renderer() -> str:
     return _described[0] if _described else ""
 
 
-def is_software(name: str) -> bool:
-    """Whether a renderer, as `renderer` names it, works without a graphics processor."""
-    return any(word in name.lower() for word in ("llvmpipe", "softpipe", "swrast", "software", "osmesa", "lavapipe"))
-
-
 def clip_light(clip: bool) -> None:
     """Set whether OpenGL clips the light on a surface at white before multiplying it with a texture, its default.
 

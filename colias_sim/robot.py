@@ -242,21 +242,6 @@ class Robot:
         scale = min(1.0, limit / max(abs(left), abs(right), 1e-9))
         return WheelSpeeds(left * scale, right * scale)
 
-    def motion_of(self, wheels: WheelSpeeds) -> tuple[float, float]:
-        """Compute the motion of the robot under wheel speeds, the inverse of `wheels_for`.
-
-        Parameters
-        ----------
-        wheels
-            The speeds.
-
-        Returns
-        -------
-        tuple of float
-            Speed of the centre along the heading in m/s, and turn rate in rad/s, left positive.
-        """
-        return (wheels.left + wheels.right) / 2, (wheels.right - wheels.left) / self._track
-
 
 class ParkedRobot:
     """A robot that is fixed to the floor, as an obstacle.

@@ -180,7 +180,7 @@ def _recorder(plan: WatchPlan, file: Path | None, *, view: bool) -> Iterator[Rec
         if file is not None:
             part(file).replace(file)
     if trouble:
-        error_console.print(f"note: not everything was shown or recorded: {trouble}", soft_wrap=True, markup=False)
+        error_console.print(f"note: not everything was shown or recorded: {trouble}")
 
 
 def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> Run:
@@ -228,7 +228,7 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
         folder.flush()
         folder.end()
         for note in notes:
-            error_console.print(f"note: {note}", soft_wrap=True, markup=False)
+            error_console.print(f"note: {note}")
         tell(folder)
         return load(out)
 

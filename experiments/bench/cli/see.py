@@ -276,5 +276,5 @@ def _list_runs(folder: Path) -> int:
     if listed.height:
         show(listed.with_columns(pl.col("when").dt.to_string("%Y-%m-%d %H:%M"), pl.col("seed").cast(str)))
     for line in table["trouble"].drop_nulls() if table.height else [f"no runs in {folder}"]:
-        error_console.print(line, soft_wrap=True)
+        error_console.print(line)
     return 0

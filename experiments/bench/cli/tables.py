@@ -12,8 +12,15 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import flaws
 from experiments.bench.sources.trial_rows import varying
 
-MEANS = ("spikes", "firing_rate_hz", "peak_hs", "peak_looming")
-"""Means over trials that the table of a run has, as far as its models have them."""
+SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "peak_hs": ("mean",),
+         "peak_looming": ("mean",)}  # fmt: skip
+"""Quantities that the table of a run has, as far as its models have them -> their columns of the summary."""
+
+
+def _of(quantity: str, column: str) -> pl.Expr:
+    """Return a column of one quantity's row of the summary; a mean is called as its quantity."""
+    value = pl.col(column).filter(quantity=quantity).first()
+    return value.alias(quantity) if column == "mean" else value
 
 
 def show(run: Run) -> None:
@@ -26,13 +33,10 @@ def show(run: Run) -> None:
         terminal.show(run.trials.filter(repeat=0).select("clip", "model", *PEAKS, "spikes"), "first seed")
     elif rows:
         keys, shown = ["model", *CONDITION_COLUMNS], run.summary.filter(pl.col("model").is_in([*models]))
-        peaks = shown.filter(pl.col("quantity").is_in(MEANS)).pivot("quantity", index=keys, values="mean")
-        spikes = shown.filter(quantity="spikes").select(*keys, "ci_low", "ci_high")
-        trials = shown.group_by(keys).agg(pl.col("n").max())
-        joined = peaks.join(trials, on=keys, nulls_equal=True, maintain_order="left")
-        joined = joined.join(spikes, on=keys, how="left", nulls_equal=True, maintain_order="left")
-        means = [name for name in MEANS if name in peaks.columns]
-        terminal.show(joined.select(*varies, "n", *means[:1], "ci_low", "ci_high", *means[1:]))
+        known = [name for name in SHOWN if name in shown["quantity"]]
+        values = [_of(name, column) for name in known for column in SHOWN[name]]
+        table = shown.group_by(keys, maintain_order=True).agg(pl.col("n").max(), *values)
+        terminal.show(table.select(*varies, "n", *table.columns[len(keys) + 1 :]))
     out_console.print()
     named = not clips and len(models | {verdict.model for verdict in run.verdicts if verdict.model}) > 1
     show_verdicts(run.verdicts, model=named, provenance=run.provenance if run.kind == "measured" else "")

@@ -116,7 +116,7 @@ def panels(runs: Mapping[str, Any]) -> Figure:
     with style.look():
         figure = Figure((style.WIDTH, 2.15 * math.ceil(len(first) / 2) + 0.4), layout="constrained")
         for axes, letter, (name, rows) in zip(style.grid(figure, len(first), 2), "abcd", first.items(), strict=False):
-            _points(axes, rows, COUNT, PAPER[name])
+            _points(axes, rows, COUNT)
             axes.set(xlabel=axis(PAPER[name]), ylabel=COUNT[1])
             words = finding(rows, COUNT, PAPER[name])
             style.finding(axes, f"{name.rpartition('-')[2].capitalize()}: {words}", letter)
@@ -194,7 +194,7 @@ def tints(levels: Sequence[Any]) -> dict[Any, Any]:
 # --- along what the trials vary ---------------------------------------------------------------------------------------
 
 
-def _points(axes: Axes, rows: pl.DataFrame, measure: Measure, varies: str) -> None:
+def _points(axes: Axes, rows: pl.DataFrame, measure: Measure) -> None:
     """Draw one model's trials as dots, means and intervals against the level, a line for each other condition."""
     shown = rows.select(*measure[2])
     if shown.null_count().sum_horizontal().item() == len(rows) * len(measure[2]):
@@ -252,7 +252,7 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     table = frames.join(rows.select("trial", "model", "level", "other"), on=["trial", "model"], maintain_order="left")
     lines = [resampled(table.filter(model=model), column, potentials.get(model, "hs")) for model in models]
     for (counts, traces), model, of in zip(grid, models, lines, strict=True):
-        _points(counts, rows.filter(model=model), COUNT, varies)
+        _points(counts, rows.filter(model=model), COUNT)
         _traces(traces, of, varies)
         low, high, level = traces.dataLim.y0, traces.dataLim.y1, thresholds.get(model)
         name = f"{'threshold ' * (model == models[0])}{level or 0.0:.3g}"
@@ -318,7 +318,7 @@ def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
     figure, grid = _grid(models, [measure[1] for measure in measures], found)
     for panels, model in zip(grid, models, strict=True):
         for axes, measure in zip(panels, measures, strict=True):
-            _points(axes, rows.filter(model=model), measure, varies)
+            _points(axes, rows.filter(model=model), measure)
     for axes in grid[-1]:
         axes.set_xlabel(axis(varies))
     _caption(figure, title, rows, varies)

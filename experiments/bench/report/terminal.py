@@ -91,18 +91,18 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
 
     skipped = {verdict.id: verdict.outcome.least for verdict in verdicts if verdict.outcome.least}
     for verdict in (verdict for verdict in verdicts if not verdict.outcome.least):
-        count = verdict.count
+        counted = verdict.count
         who = f" ({verdict.model})" if model and verdict.model else ""
         origin = f" [{provenance}]" if provenance else ""
-        held = f"; {count.sentence()}" if count.judged else ""
+        held = f"; {counted.sentence()}" if counted.judged else ""
         told = f"{title_of(verdict)}{held}; {verdict.outcome.deciding}"
         if verdict.equal is not None and verdict.outcome.equal is not None:
             told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
-        label = Text(count.label, VERDICT_COLOURS[count.kind])
+        label = Text(counted.label, VERDICT_COLOURS[counted.kind])
         out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {told}"))
     if skipped:
-        claims = f"{len(skipped)} claim{'s' * (len(skipped) > 1)} skipped ({', '.join(skipped)})"
-        out_console.print(f"{claims}: need --repeats {max(skipped.values())} or more")
+        names, most = ", ".join(skipped), max(skipped.values())
+        out_console.print(f"{count(len(skipped), 'claim')} skipped ({names}): need --repeats {most} or more")
 
 
 def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:

@@ -136,18 +136,19 @@ class Batch(Generic[AnyTrial]):
             if not resources.quiet:
                 known = f"{len(done)} of them done already"
                 how = f"{resources.where()}{f'; {known}' if done else ''}" if left else f"complete: all {known}"
-                self._say(f"{self.name}: {len(self.specs)} {self.things}, {how}, {'into' if left else 'in'} {out}")
+                place = f"{'into' if left else 'in'} {out}"
+                error_console.print(f"{self.name}: {len(self.specs)} {self.things}, {how}, {place}")
                 if note := forms.note():
-                    self._say(f"note: {note}")
+                    error_console.print(f"note: {note}")
             for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not
-                self._say(f"note: {note}")
+                error_console.print(f"note: {note}")
             whole = sum(map(self.size, left))
             with progress(self.name, len(left), resources.quiet, self.things, whole=whole) as advance:
                 try:
                     self._play(left, folder, pool, advance)
                 except BaseException:
                     have = f"{len(folder.done())} of {len(self.specs)} {self.things}"
-                    self._say(f"stopped after {have}; they are in {out}")
+                    error_console.print(f"stopped after {have}; they are in {out}")
                     raise
             if left:
                 folder.end()
@@ -169,9 +170,6 @@ class Batch(Generic[AnyTrial]):
         finally:
             folder.flush()
 
-    def _say(self, text: str) -> None:
-        error_console.print(text, soft_wrap=True, markup=False)
-
 
 def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, spec: AnyTrial) -> TrialRecord:
     """Do a job in a worker that has the same code."""
@@ -182,9 +180,9 @@ def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, spec: An
 def tell(folder: RunFolder) -> None:
     """Print the notes about a run's tables, and the first failures."""
     for note in folder.notes():
-        error_console.print(f"note: {note}", soft_wrap=True, markup=False)
+        error_console.print(f"note: {note}")
     failures = in_words(folder.failures())
     for text in failures[:SHOWN_FAILURES]:
-        error_console.print(text, soft_wrap=True, markup=False, highlight=False)
+        error_console.print(text)
     if len(failures) > SHOWN_FAILURES:
         error_console.print(f"... {len(failures) - SHOWN_FAILURES} more: see failures.json")

@@ -21,7 +21,7 @@ from experiments.claims.readings import (
 )
 from experiments.claims.robot import FALLING
 from experiments.clips import CLUTTER_SPEED, PER_FRAME, prefix
-from experiments.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, constants_text, outcomes
+from experiments.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, outcomes
 from experiments.studies.clips import SENSITIVITY as ON_CLIPS
 from experiments.studies.robot import SENSITIVITY as ON_ROBOT
 from tests.bench.stats.test_replicates import planned_rows
@@ -148,4 +148,3 @@ def test_a_study_of_constants_says_with_how_many_a_claim_holds():
     shares = {key: (range(len(clips)), models) for key, (_, models) in plan.shares.items()}
     result = sweep.read(dataclasses.replace(plan, shares=shares), rows)
     assert [outcome.verdict for outcome in outcomes(result, "C26").values()] == ["holds", "fails"]
-    assert constants_text(outcomes(result, "C26")).startswith("1 of 2 ")
