@@ -98,7 +98,7 @@ def test_a_row_tells_hs_in_each_direction_and_against_it():
     assert row["hs_leftward"] == pytest.approx(hs[words == "leftward"].min())
     against = max(-hs[words == "rightward"].min(), hs[words == "leftward"].max(), 0.0)
     assert row["hs_against"] == pytest.approx(against)
-    assert (row["movers"], row["foliage"]) == ("opposite", "windblown")
+    assert (row["movers"], row["foliage"], row["polarity"]) == ("opposite", "windblown", None)
     alone = dataclasses.replace(clip, changes=(*clip.changes, ("object", "absent")))
     experiment = OfflineExperiment("mine", "", (alone,), ("dsnn",))
     (row,) = play_clip(experiment.trials((choose("dsnn", "offline"),), 1, 0)[0]).rows

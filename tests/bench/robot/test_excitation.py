@@ -38,15 +38,6 @@ def noise(seed=3):
     return np.kron(coarse, np.ones((3, 4, 4))).astype(np.uint8)
 
 
-def expanding():
-    """A dark square that grows about the middle of the view, equal to its mirror image."""
-    across = np.abs(np.arange(SHAPE[1]) - (SHAPE[1] - 1) / 2)
-    down = np.abs(np.arange(SHAPE[0]) - (SHAPE[0] - 1) / 2)
-    half = 1.0 + np.arange(FRAMES) * 0.6
-    inside = (down[:, None] < half[:, None, None]) & (across[None, :] < half[:, None, None])
-    return np.where(inside, 40, 200).astype(np.uint8)
-
-
 def answers(clip):
     """HS of every model that the figure needs."""
     hs_by_model = {}
@@ -121,16 +112,6 @@ def test_a_mirrored_clip_swaps_excitation_and_inhibition():
     assert near(mirrored["directional"], -here["directional"]), "it changes its sign with the direction"
     assert near(mirrored["residue"], here["residue"]), "and this does not"
     assert np.abs(here["directional"]).max() > 0.01
-
-
-def test_of_symmetric_expansion_a_tenth_of_the_excitation_is_left():
-    trial = trial_of(expanding())
-    assert trial["excitation"].max() > 0.05
-    assert near(trial["inhibition"], trial["excitation"])
-    assert near(trial["residue"], 0.1 * trial["excitation"])
-    assert np.abs(trial["directional"]).max() < ROUNDING * trial["excitation"].max()
-    assert trial["hs"].max() > 0.005 > 10 * np.abs(trial["hs_w_i_1"]).max(), "HS is the rest, and none with w_i = 1"
-    assert (trial["hs"] >= -1e-6).all(), "always rightward"
 
 
 @pytest.mark.parametrize("w_i", [0.0, 0.5, 0.9, 1.0])
