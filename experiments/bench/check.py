@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, TypeVar
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim import SceneConfig, Simulation
+from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.scene import compile_arena
 from colias_sim.streams import world
 from dsnn import CHANNELS, ResponseError, ResponseSeries, checked_response
@@ -207,6 +208,8 @@ EDGE_PX = 1.0
 """Greatest reach of an object's antialiased edge beyond its outline, px."""
 SLOPPY = 1.0
 """Largest difference between an object's displacement in a frame and what its velocity says, px."""
+UNLIKE = 1e-3
+"""Difference of two correlations of pictures that is none: a grating moved by half a period moves either way."""
 STILL_GREY = 1
 """Largest change of a pixel that is called still, grey levels: what rounding does."""
 
@@ -246,6 +249,36 @@ def seeds(entry: StimulusEntry) -> None:
             raise ValueError(f"frame {index} is another in a clip built alike: draw by dsnn.stimuli.streams.stream")
 
 
+def truth(entry: StimulusEntry) -> None:
+    """The truth has a word and finite numbers, and pictures that move as a whole move as it says."""
+    shown, fps = _frames(entry), entry.clip(SEED).fps
+    for index, known in enumerate(frame.truth for frame in shown):
+        box = (known.box.left, known.box.top, known.box.width, known.box.height) if known.box else ()
+        if not known.motion or not np.isfinite((*(known.velocity or ()), *known.background_velocity, *box)).all():
+            raise ValueError(f"in frame {index} the truth is {known}: expected a word for the motion, finite numbers")
+    alike = []
+    for before, after in pairwise(shown):
+        right, down = (speed / fps for speed in before.truth.background_velocity)
+        margin = math.ceil(max(abs(right), abs(down)))
+        if margin and before.truth.background_velocity == after.truth.background_velocity:
+            inner = (slice(margin, -margin),) * 2
+            alike.append([_likeness(_shifted(before.luma, sign * right, sign * down)[inner], after.luma[inner])
+                          for sign in (1, -1)])  # fmt: skip
+    forth, back = np.mean(alike, axis=0) if alike else (0.0, 0.0)
+    if back > forth + UNLIKE:
+        raise ValueError("the background moves against the truth's background_velocity: right and down are positive")
+
+
+def _shifted(luma: Frames, right: float, down: float) -> Frames:
+    return cv2.warpAffine(luma, np.array([[1.0, 0.0, right], [0.0, 1.0, down]]), luma.shape[::-1]).astype(np.uint8)
+
+
+def _likeness(one: Frames, other: Frames) -> float:
+    """Return the size of two pictures' correlation: the contrast of reverse phi turns with each of its steps."""
+    blank = min(one.shape) < 2 or not one.std() or not other.std()
+    return 0.0 if blank else abs(float(np.corrcoef(one.ravel(), other.ravel())[0, 1]))
+
+
 def place(entry: StimulusEntry) -> None:
     """Before a background at rest nothing changes outside of the truth's box.
 
@@ -279,9 +312,14 @@ def velocity(entry: StimulusEntry) -> None:
             raise ValueError(f"after frame {index} the box moves by {moved} px, and by its velocity {expected}")
 
 
-STIMULI = (frames, order, seeds, place, velocity)
+STIMULI = (frames, order, seeds, truth, place, velocity)
 
 # --- arenas: an .xml file, or a .py file with an ``ARENA`` ------------------------------------------------------------
+
+AWAY_CM, ASIDE_DEG = (8.0, 6.0, 10.0, 14.0, 20.0), (0.0, 15.0, -15.0, 28.0, -28.0)
+"""Places of the stimulus from the camera at which it is looked for."""
+SEEN_GREY, SEEN_PX = 8, 12
+"""Grey levels by which so many pixels change where the camera sees the stimulus."""
 
 
 def room(source: str) -> None:
@@ -295,4 +333,28 @@ def robots(source: str) -> None:
         simulation.reset({}, world(0))
 
 
-ARENAS = (room, robots)
+def camera(source: str) -> None:
+    """The camera sees a black robot before it."""
+    scene = SceneConfig(arena=source, light_sd=0.0, turn_wall=False)
+
+    def look(simulation: Simulation, **placed: Pose) -> npt.NDArray[np.int_]:
+        generator = world(0)
+        simulation.reset(placed, generator)
+        return simulation.step(generator).luma.astype(int)
+
+    with Simulation(scene=scene, robots={"observer": "colias"}) as alone:
+        empty = look(alone)
+    with Simulation(scene=scene) as simulation:
+        for away, aside in product(AWAY_CM, map(math.radians, ASIDE_DEG)):
+            x, y = CameraConfig().forward_cm + away * math.cos(aside), away * math.sin(aside)
+            try:
+                seen = look(simulation, stimulus=Pose(x / 100, y / 100, -math.pi / 2))
+            except ValueError:  # an obstacle stands there
+                continue
+            if (np.abs(seen - empty) >= SEEN_GREY).sum() >= SEEN_PX:
+                return
+    problem = f"a black robot before the camera changes no picture by {SEEN_GREY} grey levels"
+    raise ValueError(f"{problem} (mean {empty.mean():.0f}): give it light, and clear the middle")
+
+
+ARENAS = (room, robots, camera)

@@ -41,6 +41,12 @@ def test_an_arena_keeps_the_law(name, law):
     law(name)
 
 
+def test_an_arena_that_hides_the_robot_breaks_its_law(tmp_path):
+    lid = '<geom type="box" size="0.002 0.03 0.03" pos="0.03 0 0.03"/>'
+    (tmp_path / "lid.xml").write_text(f'<mujoco><include file="bright.xml"/><worldbody>{lid}</worldbody></mujoco>')
+    assert broken(check.ARENAS, str(tmp_path / "lid.xml")) == {"camera"}
+
+
 def broken(laws, subject):
     return {law.__name__ for law, trouble in try_laws(laws, subject).items() if trouble}
 
@@ -175,12 +181,27 @@ def drawn(grey, row, column=None):
     return paint
 
 
+def panorama(speed):
+    """Return a method that paints noise which moves by 2 px a frame, and says that it moves at a speed."""
+    noise = np.random.default_rng(0).integers(0, 256, (180, 320), np.uint8)
+
+    def frame(self, index):
+        truth = Truth("panorama", background_velocity=Velocity(speed, 0.0))
+        return StimulusFrame(np.roll(noise, 2 * index, axis=1)[: self.shape[0], : self.shape[1]], truth)
+
+    return frame
+
+
 FLAWS = {
     "none": ({}, set()),
     "floats": ({"paint": lambda *of: Square.paint(*of).astype(float)}, {"frames"}),
     "accumulating": ({"paint": accumulating}, {"order"}),
     "unseeded": ({"paint": drawn(0, 12)}, {"seeds"}),
     "of one shape": ({"shape": (180, 320)}, {"frames"}),
+    "wordless": ({"word": ""}, {"truth"}),
+    "not a number": ({"velocity": np.nan}, {"truth"}),
+    "panorama": ({"frame": panorama(SPEED)}, set()),
+    "panorama of the other sign": ({"frame": panorama(-SPEED)}, {"truth"}),
     "leaking": ({"paint": drawn(1, 0, 0)}, {"place"}),
     "slow": ({"velocity": SPEED / 3}, {"velocity"}),
     "raising": ({"paint": lambda *of: 1 / 0}, {"frames"}),

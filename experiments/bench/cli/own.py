@@ -43,8 +43,8 @@ def check(
     frame, silence in a still scene, mirror images, refusal of frames of another shape, and declared channels and
     thresholds.
     A stimulus, in a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
-    An arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, and leaves its middle
-    free.
+    An arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves its middle free,
+    and lets the camera see a robot.
     Exit status: 1 if a law is broken.
     """
     from experiments.bench.check import try_laws
