@@ -30,6 +30,7 @@ from typing import Any
 import polars as pl
 
 from experiments.bench import registry
+from experiments.bench.report.page import SIGNS, totals
 from experiments.bench.reproduce import Scale, design, planned
 from experiments.bench.run import provenance
 from experiments.bench.run.description import read_description
@@ -37,7 +38,7 @@ from experiments.bench.run.files import TABLE, read_parquet
 from experiments.bench.run.provenance import UNREPEATABLE
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
-from experiments.bench.stats.count import SIGNS, Count, count_of, totals
+from experiments.bench.stats.count import Count, count_of
 from experiments.bench.stats.verdict import Verdict
 from experiments.studies.robot import EYES, FIDELITY, WHEELS
 

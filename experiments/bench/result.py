@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
+from experiments.bench.report.recordings import recordings_in
 from experiments.bench.run import parameters, provenance
 from experiments.bench.run.description import BEGUN, KIND, THRESHOLDS, begun, read_description
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.models import counted_channel
-from experiments.bench.run.recordings import recordings_in
 from experiments.bench.run.rows import Failure, columns_of, table
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.excitation import without_parts

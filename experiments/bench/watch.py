@@ -15,9 +15,10 @@ import polars as pl
 
 from dsnn import Response, ResponseSeries, forms
 from dsnn.stimuli import STIMULI, StimulusEntry
+from experiments.bench.report import viewer
 from experiments.bench.report.terminal import error_console, progress
 from experiments.bench.result import Run, load
-from experiments.bench.run import interrupts, provenance, viewer
+from experiments.bench.run import interrupts, provenance
 from experiments.bench.run.command import begun_by
 from experiments.bench.run.description import THRESHOLDS, begun, read_description
 from experiments.bench.run.errors import TrialError, UsageError

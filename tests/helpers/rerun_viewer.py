@@ -16,9 +16,9 @@ import numpy.typing as npt
 import pytest
 from rerun.experimental import ViewerClient
 
-from experiments.bench.run import viewer
+from experiments.bench.report import viewer
+from experiments.bench.report.viewer import program
 from experiments.bench.run.record import TIMELINE
-from experiments.bench.run.viewer import program
 
 DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*lvp*"), *Path("/usr/local/share/vulkan/icd.d").glob("*lvp*")]
 needs_vulkan = pytest.mark.skipif(not DRIVERS, reason="no Vulkan: on Debian run 'apt-get install mesa-vulkan-drivers'")

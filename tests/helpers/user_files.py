@@ -1,6 +1,6 @@
 """A model and an experiment of a user's own, as files."""
 
-from experiments.bench.run.templates import render
+from experiments.bench.report.templates import render
 
 MODEL = render("new/model.py.j2", name="gradient", stem="my_model") + "\n"
 """What ``colias new model`` writes, under another name than its file's."""

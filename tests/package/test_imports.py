@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 
 LAYERS = (
-    "run stats report.terminal report.palette grid",
+    "run stats report.terminal report.palette report.templates grid",
     "doctor new sources check study",
     "report measures replicates",
     "result",

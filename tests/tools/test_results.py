@@ -7,10 +7,11 @@ import re
 import pytest
 
 from experiments import Check
+from experiments.bench.report.page import SIGNS
 from experiments.bench.reproduce import QUICK, design, planned
 from experiments.bench.run.files import to_json
 from experiments.bench.stats.claim import PAPER, claim_ids, claims_on
-from experiments.bench.stats.count import SIGNS, Count
+from experiments.bench.stats.count import Count
 from experiments.bench.stats.stored import document, plain
 from experiments.bench.stats.verdict import Outcome, Verdict, Words
 from tests.helpers.chapters import PAGES as CHAPTERS

@@ -30,7 +30,7 @@ import experiments
 from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
-from experiments.bench.run.recordings import pictures
+from experiments.bench.report.recordings import pictures
 from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.claim import words
 from experiments.claims.robot import PAIRS

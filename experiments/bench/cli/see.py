@@ -34,9 +34,10 @@ def view(
 
     The viewer ends with this command. --screenshot shows the middle of the recording, and needs no screen.
     """
-    from experiments.bench.run import interrupts, viewer
+    from experiments.bench.report import viewer
+    from experiments.bench.report.recordings import recording, recordings_in
+    from experiments.bench.run import interrupts
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.run.recordings import recording, recordings_in
     from scenes import ARENA_ENDINGS, ARENAS
 
     if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
@@ -100,10 +101,10 @@ def video(
     lane. A folder gets the pictures as the camera saw them; of a stimulus (--set, --seed, --jitter) also truth.csv.
     """
     from dsnn.stimuli import STIMULI
+    from experiments.bench.report.recordings import pictures, recording, write_pictures
     from experiments.bench.report.terminal import progress, show_places
     from experiments.bench.report.video import film_times, make, read, require_encoder, strip
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.run.recordings import pictures, recording, write_pictures
 
     if out.suffix and out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
@@ -138,8 +139,8 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
     import numpy as np
     import polars as pl
 
+    from experiments.bench.report.recordings import write_pictures
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.run.recordings import write_pictures
     from experiments.bench.sources.clips import find_stimulus, truth_of
     from experiments.bench.watch import clip_of
 

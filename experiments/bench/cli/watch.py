@@ -47,7 +47,7 @@ def watch(
     """
     from colias_sim.gl import has_screen
     from experiments.bench import watch as watching
-    from experiments.bench.run import viewer
+    from experiments.bench.report import viewer
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")

@@ -46,8 +46,8 @@ def write(kind: str, name: str, folder: Path) -> Path:
     OSError
         The file cannot be written.
     """
+    from experiments.bench.report.templates import render
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.run.templates import render
 
     if kind not in KINDS:
         raise UsageError(f"no kind '{kind}'{nearest(kind, KINDS, ' (', ')')}: there are {', '.join(KINDS)}")

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.bench.report import findings, style
-from experiments.bench.run.parameters import in_title
 from experiments.bench.sources.clips import Figure as Drawing
 
 Thresholds = Mapping[str, float | None]
@@ -39,7 +38,7 @@ CURVES = ("Filled dots: means; open dots: trials; whiskers, from three trials: 9
 
 def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
     """Return what a figure's caption begins with: experiment, seed, and parameters that were ``changed``."""
-    return f"{name}, seed {seed}{in_title(changed)}"
+    return f"{name}, seed {seed}{style.in_title(changed)}"
 
 
 def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, title: str) -> Figure:

@@ -3,27 +3,49 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
+from experiments.bench.report.templates import render
 from experiments.bench.reproduce import FULL, Reproduction
 from experiments.bench.result import Run, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import RENDERERS
 from experiments.bench.run.files import Files
 from experiments.bench.run.rows import group, in_words
-from experiments.bench.run.templates import render
 from experiments.bench.sources.judge import flaws
 from experiments.bench.stats.claim import claims_on, title_of, words
-from experiments.bench.stats.count import LEAST_JUDGED, MEANINGS, REASONS, SIGNS, totals
+from experiments.bench.stats.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, REASONS, Count, Kind
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.study import WHOLE
 from experiments.claims.clips import ASSUMED
 from experiments.claims.readings import CHOSEN_FOR, READINGS, used_to_choose
 from experiments.studies.clips import compares_with
+
+MEANINGS: Mapping[Kind, str] = MappingProxyType({
+    "holds": f"it holds in at least {HOLDS_FROM:.0%} of replicates, by the exact 95 % interval; or nothing is random",
+    "sometimes": "it holds in some replicates, and neither in most nor in few by that interval",
+    "fails": f"it holds in at most {FAILS_TO:.0%} of replicates, by the exact 95 % interval; or nothing is random",
+    "counted": f"k of n: it held in k of n replicates; below {LEAST_JUDGED} that could be judged there is no word",
+    "unjudged": "not judged in any replicate, with the reason",
+})  # fmt: skip
+"""Kind -> what it means."""
+SIGNS: Mapping[Kind, str] = MappingProxyType({
+    "holds": "\N{CHECK MARK}", "sometimes": "~", "fails": "\N{MULTIPLICATION X}", "counted": "#",
+    "unjudged": "\N{EN DASH}",
+})  # fmt: skip
+"""Kind -> the sign that stands before it: colour alone tells no verdict."""
+PHRASES: Mapping[Kind, tuple[str, str, str]] = MappingProxyType({
+    "holds": ("holds", "hold", "held in every replicate judged"),
+    "sometimes": ("holds sometimes", "hold sometimes", "held in some"),
+    "fails": ("fails", "fail", "failed in every replicate judged"),
+    "unjudged": ("was not judged", "were not judged", "not judged"),
+})  # fmt: skip
+"""Kind -> a phrase about one claim, about several, and where there are too few replicates for words."""
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
@@ -140,3 +162,36 @@ def _section(chapter: str, name: str, text: str, path: Path, result: Reproductio
 def data_uri(path: Path) -> str:
     """Return an SVG file as a data URI; empty where there is none."""
     return f"data:image/svg+xml;base64,{base64.b64encode(path.read_bytes()).decode()}" if path.is_file() else ""
+
+
+def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
+    """Count the claims of each kind, in a phrase for each; those that hold come first.
+
+    Where some have too few replicates for a word, all are counted by what became of them in these.
+
+    Parameters
+    ----------
+    counts
+        Pairs of a claim's id and its count.
+
+    Examples
+    --------
+    >>> totals([("C1", Count(40)), ("C2", Count(0, 40))])
+    ['1 of 2 claims holds', '1 fails: C2']
+    >>> totals([("C1", Count(1, random=False)), ("C3", Count(5)), ("C4", Count(2, 3))])
+    ['2 of 3 claims held in every replicate judged', '1 held in some: C4']
+    """
+    pairs = list(counts)
+    few = any(counted.kind == "counted" for _, counted in pairs)
+    found: dict[Kind, list[str]] = {kind: [] for kind in PHRASES}
+    for claim, counted in pairs:
+        in_all: Kind = "holds" if not counted.fails else "sometimes" if counted.holds else "fails"
+        half = "" if counted.half is None else f" (the DSNN's half: {counted.half.label})"
+        found[in_all if counted.kind == "counted" else counted.kind].append(f"{claim}{half}")
+    phrases: list[str] = []
+    for kind, claims in found.items():
+        of = "" if phrases else f" of {len(pairs)} claim{'s' * (len(pairs) != 1)}"
+        named = "" if kind == "holds" else f": {', '.join(claims)}"
+        if claims:
+            phrases.append(f"{len(claims)}{of} {PHRASES[kind][2 if few else len(claims) > 1]}{named}")
+    return phrases

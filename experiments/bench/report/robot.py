@@ -16,7 +16,6 @@ from scipy.special import stdtrit
 
 from experiments.bench.report import findings, style
 from experiments.bench.report.findings import axis, drawn_of, level_text, unit
-from experiments.bench.run.parameters import in_title
 from experiments.bench.run.rows import origin
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.excitation import BALANCED, MOTION, PARTS, WHOLE
@@ -57,7 +56,7 @@ MECHANISM: tuple[Measure, ...] = (
 
 def title(name: str, arena: str, rows: Sequence[Row], changed: Row, *, open_loop: bool) -> str:
     """Return what a figure's caption begins with: experiment, arena or a log's origin, parameters that changed."""
-    return f"{name}, {origin(rows) or f'{arena} arena'}{', driven open loop' * open_loop}{in_title(changed)}"
+    return f"{name}, {origin(rows) or f'{arena} arena'}{', driven open loop' * open_loop}{style.in_title(changed)}"
 
 
 def draw(

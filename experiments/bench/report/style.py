@@ -7,7 +7,7 @@ import math
 import re
 import textwrap
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
 from experiments.bench.run.files import replacing
+from experiments.bench.run.parameters import in_words
 from experiments.bench.run.provenance import drawn_from
 from experiments.bench.stats.tests import summarise
 
@@ -52,6 +53,8 @@ DIVERGING = "RdBu_r"
 """Colour map of signed quantities: red is right or down."""
 DPI = 200.0
 """Dots per inch of a PNG."""
+MOST_NAMED = 8
+"""Parameters that a title names."""
 HALO = (withStroke(linewidth=2.0, foreground="white"),)
 """White around text that may lie on a line."""
 
@@ -259,3 +262,10 @@ def save(figure: Figure, path: Path) -> Path:
             with replacing(path.with_name(f"{path.name}.{kind}")) as partial:
                 figure.savefig(partial, format=kind, dpi=DPI, metadata=metadata)
     return path.with_name(f"{path.name}.png")
+
+
+def in_title(parameters: Mapping[str, Any]) -> str:
+    """Return the part of a figure's title that lists changed parameters; empty if there are none."""
+    named = in_words(dict(list(parameters.items())[:MOST_NAMED]))
+    more = f" and {len(parameters) - MOST_NAMED} more" if len(parameters) > MOST_NAMED else ""
+    return f"; set: {named}{more}" if parameters else ""

@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
 from experiments.bench.report import style, terminal
-from experiments.bench.run.parameters import in_title
 from experiments.bench.stats import curves
 
 Row = Mapping[str, Any]
@@ -77,7 +76,7 @@ def draw(family: Any, points: pl.DataFrame, changed: Row) -> Figure:
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
             figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
         figure.supylabel(y.label if y else "" if kind == "approach" else "response", fontsize=style.BODY)
-        style.caption(figure, f"{family.summary}{in_title(changed)}. {CAPTIONS[kind]}")
+        style.caption(figure, f"{family.summary}{style.in_title(changed)}. {CAPTIONS[kind]}")
     return figure
 
 

@@ -25,11 +25,11 @@ from matplotlib.ticker import MaxNLocator
 
 from dsnn.model import SPIKING
 from experiments.bench.report.palette import colours
+from experiments.bench.report.recordings import CAMERA, chunks, pictures_of, times_of
 from experiments.bench.report.style import look
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import replacing
 from experiments.bench.run.record import OFF, ON, STILL, channel_title, model_part
-from experiments.bench.run.recordings import CAMERA, chunks, pictures_of, times_of
 from scenes import ARENA_RADIUS_CM
 from scenes.hints import nearest
 

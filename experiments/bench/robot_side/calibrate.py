@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from colias_sim import calibrate
+from experiments.bench.report.recordings import Images
 from experiments.bench.robot_side.logs import read_frames
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.recordings import Images
 
 Measured = tuple[dict[str, object], list[str]]
 """Parameters of the camera, as ``--set camera.NAME=VALUE`` takes them, and what is doubtful."""

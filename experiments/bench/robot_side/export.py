@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from dsnn.native.binding import ONBOARD
+from experiments.bench.report.recordings import write_pictures
+from experiments.bench.report.templates import render
 from experiments.bench.robot_side import firmware
 from experiments.bench.robot_side.logs import FRAMES
-from experiments.bench.run.recordings import write_pictures
-from experiments.bench.run.templates import render
 
 ADDRESSES = {"FLASH": 0x0800_0000, "MAIN": 0x2000_0000, "CORE": 0x1000_0000}
 """Addresses of the STM32F427's memories (its reference manual, memory map)."""

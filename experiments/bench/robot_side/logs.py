@@ -25,6 +25,7 @@ from colias_sim import Pose, bearing
 from colias_sim.config import CameraConfig
 from dsnn import MODELS, Response
 from dsnn.pictures import read_picture
+from experiments.bench.report.recordings import Images, pictures, write_pictures
 from experiments.bench.result import Run
 from experiments.bench.robot_side.firmware import MODEL
 from experiments.bench.robot_side.qemu import Q15
@@ -33,7 +34,6 @@ from experiments.bench.run import rows as of_rows
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import ConfiguredModel, ask, look_up
 from experiments.bench.run.play import Sample, Showing, Trial, play
-from experiments.bench.run.recordings import Images, pictures, write_pictures
 from experiments.bench.run.rows import COLUMN, OBSERVER
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.user_code import sha256

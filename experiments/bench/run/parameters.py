@@ -95,17 +95,6 @@ def of_model(parameters: Parameters, model: str) -> dict[str, Any]:
     return {key: values.get(model) for key, values in parameters.items()}
 
 
-MOST_NAMED = 8
-"""Parameters that a figure's title names."""
-
-
-def in_title(parameters: Mapping[str, Any]) -> str:
-    """Return the part of a figure's title that lists changed parameters; empty if there are none."""
-    named = in_words(dict(list(parameters.items())[:MOST_NAMED]))
-    more = f" and {len(parameters) - MOST_NAMED} more" if len(parameters) > MOST_NAMED else ""
-    return f"; set: {named}{more}" if parameters else ""
-
-
 def in_words(parameters: Mapping[str, Mapping[str, Any]]) -> str:
     """Return parameters in a line: ``dsnn.n_con=4|6, camera.read_noise=0``."""
     texts = {key: dict.fromkeys(_number(value) for value in values.values() if value is not None)

@@ -42,20 +42,6 @@ HOLDS_FROM, FAILS_TO = 0.8, 0.2
 """A claim holds where the lower end of the interval is at least the first, and fails where the upper end is at most the
 second."""
 
-MEANINGS: Mapping[Kind, str] = MappingProxyType({
-    "holds": f"it holds in at least {HOLDS_FROM:.0%} of replicates, by the exact 95 % interval; or nothing is random",
-    "sometimes": "it holds in some replicates, and neither in most nor in few by that interval",
-    "fails": f"it holds in at most {FAILS_TO:.0%} of replicates, by the exact 95 % interval; or nothing is random",
-    "counted": f"k of n: it held in k of n replicates; below {LEAST_JUDGED} that could be judged there is no word",
-    "unjudged": "not judged in any replicate, with the reason",
-})  # fmt: skip
-"""Kind -> what it means."""
-SIGNS: Mapping[Kind, str] = MappingProxyType({
-    "holds": "\N{CHECK MARK}", "sometimes": "~", "fails": "\N{MULTIPLICATION X}", "counted": "#",
-    "unjudged": "\N{EN DASH}",
-})  # fmt: skip
-"""Kind -> the sign that stands before it: colour alone tells no verdict."""
-
 
 @dataclass(frozen=True, slots=True)
 class Count:
@@ -198,48 +184,6 @@ def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
     """
     found: Counter[Any] = Counter(outcomes)
     return Count(found.pop("holds", 0), found.pop("fails", 0), found, random)
-
-
-def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
-    """Count the claims of each kind, in a phrase for each; those that hold come first.
-
-    Where some have too few replicates for a word, all are counted by what became of them in these.
-
-    Parameters
-    ----------
-    counts
-        Pairs of a claim's id and its count.
-
-    Examples
-    --------
-    >>> totals([("C1", Count(40)), ("C2", Count(0, 40))])
-    ['1 of 2 claims holds', '1 fails: C2']
-    >>> totals([("C1", Count(1, random=False)), ("C3", Count(5)), ("C4", Count(2, 3))])
-    ['2 of 3 claims held in every replicate judged', '1 held in some: C4']
-    """
-    pairs = list(counts)
-    few = any(counted.kind == "counted" for _, counted in pairs)
-    found: dict[Kind, list[str]] = {kind: [] for kind in PHRASES}
-    for claim, counted in pairs:
-        in_all: Kind = "holds" if not counted.fails else "sometimes" if counted.holds else "fails"
-        half = "" if counted.half is None else f" (the DSNN's half: {counted.half.label})"
-        found[in_all if counted.kind == "counted" else counted.kind].append(f"{claim}{half}")
-    phrases: list[str] = []
-    for kind, claims in found.items():
-        of = "" if phrases else f" of {len(pairs)} claim{'s' * (len(pairs) != 1)}"
-        named = "" if kind == "holds" else f": {', '.join(claims)}"
-        if claims:
-            phrases.append(f"{len(claims)}{of} {PHRASES[kind][2 if few else len(claims) > 1]}{named}")
-    return phrases
-
-
-PHRASES: Mapping[Kind, tuple[str, str, str]] = MappingProxyType({
-    "holds": ("holds", "hold", "held in every replicate judged"),
-    "sometimes": ("holds sometimes", "hold sometimes", "held in some"),
-    "fails": ("fails", "fail", "failed in every replicate judged"),
-    "unjudged": ("was not judged", "were not judged", "not judged"),
-})  # fmt: skip
-"""Kind -> a phrase about one claim, about several, and where there are too few replicates for words."""
 
 
 def count_columns(counted: Count) -> dict[str, Any]:

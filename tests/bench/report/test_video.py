@@ -8,11 +8,11 @@ import pytest
 
 from experiments.bench.cli import main
 from experiments.bench.report import video
+from experiments.bench.report.recordings import pictures_of
 from experiments.bench.report.video import Canvas, changes, film_times, make, read, strip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, STILL
-from experiments.bench.run.recordings import pictures_of
 from experiments.bench.sources.episodes import load_behaviour, play
 from experiments.bench.sources.episodes import record as record_episode
 from tests.bench.robot.test_trial import spec

@@ -24,8 +24,8 @@ from colias_sim.calibrate import (
 )
 from colias_sim.scene import FrameClock
 from experiments.bench.cli import main
+from experiments.bench.report.recordings import write_pictures
 from experiments.bench.robot_side.calibrate import leaning
-from experiments.bench.run.recordings import write_pictures
 
 LENS = CameraConfig().forward_cm / 100
 AWAY = Pose(-0.3, 0.0, 0.0)

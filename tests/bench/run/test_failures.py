@@ -8,9 +8,9 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments.bench.offline import play_clip
+from experiments.bench.report.templates import render
 from experiments.bench.run.models import choose
 from experiments.bench.run.play import Trial, play
-from experiments.bench.run.templates import render
 from experiments.bench.sources.clips import Clip
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Settings

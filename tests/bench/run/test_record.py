@@ -13,6 +13,7 @@ from rerun.chunk import RrdReader
 
 from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.report.palette import colours
+from experiments.bench.report.viewer import program
 from experiments.bench.run.record import (
     APPLICATION,
     Content,
@@ -25,7 +26,6 @@ from experiments.bench.run.record import (
     views,
     write,
 )
-from experiments.bench.run.viewer import program
 
 COUNT = 5
 COUNTS = np.array([0, 2, 0, -1, 0])

@@ -4,7 +4,8 @@ import itertools
 
 import pytest
 
-from experiments.bench.stats.count import REASONS, Count, count, totals
+from experiments.bench.report.page import totals
+from experiments.bench.stats.count import REASONS, Count, count
 from experiments.bench.stats.tests import proportion_interval
 
 

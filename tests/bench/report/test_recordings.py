@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from experiments.bench.cli import main
+from experiments.bench.report.recordings import pictures
 from experiments.bench.run import record
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.recordings import pictures
 
 FRAMES = np.random.default_rng(0).integers(0, 256, (3, 12, 16), np.uint8)
 
