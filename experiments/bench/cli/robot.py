@@ -6,7 +6,7 @@ Heavy imports happen when they run.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -18,6 +18,23 @@ app = typer.Typer(
     help="What the robot's chip would compute: its memory and time, the program checked in QEMU, the source to flash.",
     no_args_is_help=True,
 )
+
+
+def _program(assignments: options.Assignments) -> Any:
+    """Return the program that is asked for, and say on stderr where its codes are too coarse for its longest delay."""
+    from dsnn.onboard.dead_zone import dead_zone
+    from experiments.bench.report.terminal import error_console
+    from experiments.bench.robot_side import firmware
+
+    program = firmware.program(assignments or ())
+    network, zone = program[0], dead_zone(program[0])
+    if zone.matters:
+        error_console.print(
+            f"note: {network.state_bits} bits are too coarse for a delay of {zone.tau_ms:g} ms: the delayed signal does"
+            f" not fall from up to {zone.falling:.2g} of its range, nor rise to {zone.rising:.2g} or less;"
+            f" delays of up to {zone.longest_ms:,.0f} ms work"
+        )
+    return program
 
 
 @app.command(short_help="Measure RAM, flash and instructions on the chip.")
@@ -34,7 +51,7 @@ def budget(assignments: options.Assignments = None) -> int:
     from experiments.bench.report.terminal import out_console, show
     from experiments.bench.robot_side import firmware
 
-    row = firmware.measure(firmware.program(assignments or ()))
+    row = firmware.measure(_program(assignments))
     show(pl.DataFrame({"budget": list(row), "": list(map(str, row.values()))}))
     least, most = firmware.CYCLES
     out_console.print(
@@ -52,7 +69,7 @@ def check(assignments: options.Assignments = None) -> int:
     from experiments.bench.report.terminal import out_console, show
     from experiments.bench.robot_side import firmware
 
-    table = firmware.check(firmware.program(assignments or ()))
+    table = firmware.check(_program(assignments))
     wrong = firmware.differing(table)
     if wrong.height:
         show(wrong.head(1), "first difference")
@@ -72,10 +89,9 @@ def export(
     """
     from experiments.bench.report.terminal import show_places
     from experiments.bench.robot_side import export as exporting
-    from experiments.bench.robot_side import firmware
 
     options.check_new(folder)
-    program = firmware.program(assignments or ())
+    program = _program(assignments)
     exporting.export(program, folder, assignments or ())
     show_places({"export": folder, "page": folder / "README.md"})
     return 0
