@@ -30,7 +30,7 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.experiment import Design, Experiment, Settings
 from experiments.bench.sources.judge import judge
-from experiments.bench.sources.pictures import Pictures
+from experiments.bench.sources.pictures import Pictures, digests, picture
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
@@ -106,7 +106,7 @@ def describe(plan: Plan) -> dict[str, Any]:
         "trials": len(plan.specs()),
         "settings": plan.settings,
         **({"paths": paths} if (paths := _paths(plan)) else {}),
-        **({"pictures": plan.pictures.described()} if plan.pictures else {}),
+        **({"pictures": digests(plan.pictures)} if plan.pictures else {}),
         **({"changed": changed_ones} if changed_ones else {}),
         THRESHOLDS: {model.label: model.thresholds for model in plan.settings.models},
         **provenance.of(sources(plan), plan.experiment),
@@ -194,7 +194,7 @@ def plan(
         raise UsageError(f"--set scene.wall={whole.settings.scene.wall}: --pictures sets the wall; give one of them")
     if pictures:
         settings = dataclasses.replace(
-            whole.settings, scene=dataclasses.replace(whole.settings.scene, wall=pictures.of(0))
+            whole.settings, scene=dataclasses.replace(whole.settings.scene, wall=picture(pictures, 0))
         )
         whole = dataclasses.replace(whole, settings=settings)
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"

@@ -7,7 +7,7 @@ import os
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.files import NAME, new_folder, part
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, model_texts, rate_notes, shown_models
-from experiments.bench.run.parameters import Parameters, differing
+from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import Sample, Showing, Trial, play
 from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import tell
@@ -45,39 +45,28 @@ EARLY = "ended_early"
 """The entry of ``run.json`` that says whether a part of the source is missing."""
 
 
-@dataclass(frozen=True, slots=True)
-class WatchPlan:
-    """What is shown to which models, checked."""
-
-    source: VideoSource
-    models: tuple[ConfiguredModel, ...]
-    seed: int = 0
-    judged: bool = False
-    stimulus: Clip | None = None
-
-    def changed(self) -> Parameters:
-        """Return the models' parameters that are not at their defaults, by key and model."""
-        return differing(self.models, offline=True)
-
-    def describe(self) -> dict[str, Any]:
-        """Return what ``run.json`` holds."""
-        source, clip = self.source, self.stimulus
-        shown = {"stimulus": clip.build(self.seed).params, "jitter_px": clip.jitter_px} if clip else {}
-        files = [source.name] if clip and is_own(source.name) else []
-        return {
-            "kind": "watch", "experiment": "watch", "source": source.name, "size": source.size, "fps": source.rate,
-            "seconds": source.seconds, "judged": self.judged, "seed": self.seed, "trials": 1, "models": self.models,
-            "changed": self.changed(), THRESHOLDS: {model.label: model.thresholds for model in self.models}, **shown,
-            **provenance.of([*(model.source for model in self.models), *files]),
-        }  # fmt: skip
+def describe(trial: Trial) -> dict[str, Any]:
+    """Return what ``run.json`` holds."""
+    source, stimulus = trial.condition, trial.condition.stimulus
+    shown = {"stimulus": stimulus.stimulus.params, "jitter_px": stimulus.clip.jitter_px} if stimulus else {}
+    files = [source.name] if stimulus and is_own(source.name) else []
+    return {
+        "kind": "watch", "experiment": "watch", "source": source.name, "size": source.size, "fps": source.rate,
+        "seconds": source.seconds, "judged": source.flow, "seed": trial.seed, "trials": 1, "models": trial.models,
+        "changed": differing(trial.models, offline=True),
+        THRESHOLDS: {model.label: model.thresholds for model in trial.models}, **shown,
+        **provenance.of([*(model.source for model in trial.models), *files]),
+    }  # fmt: skip
 
 
 def plan(
     source: str, models: Sequence[str] = (), texts: Sequence[str] = (), *, only: bool = False,
     size: tuple[int, int] | None = None, fps: float | None = None, seconds: float | None = None, seed: int = 0,
     jitter_px: float = 0.0, judge: bool = False,
-) -> WatchPlan:  # fmt: skip
-    """Return a checked plan; the parameters are those of `watch`, with settings as ``SECTION.NAME=VALUE`` texts.
+) -> Trial:  # fmt: skip
+    """Return a checked trial, whose condition is the source.
+
+    The parameters are those of `watch`, with settings as ``SECTION.NAME=VALUE`` texts.
 
     Raises
     ------
@@ -98,7 +87,7 @@ def plan(
         raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
     shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed) if clip else None)
     chosen, _ = watchers(labels, texts, sections, listed, fps=fps)
-    return WatchPlan(shown, chosen, seed, judge, clip)
+    return Trial("watch", 0, 0, seed, shown, chosen)
 
 
 def clip_of(entry: StimulusEntry, texts: Sequence[str], jitter_px: float) -> Clip:
@@ -162,17 +151,17 @@ def content_of(models: Sequence[ConfiguredModel]) -> Any:
 
 
 @contextmanager
-def _recorder(plan: WatchPlan, file: Path | None, *, view: bool) -> Iterator[Recorder]:
+def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Recorder]:
     """Open the recording ``file`` and a viewer, as far as they are wanted; the file has its name once it is whole."""
     if file is None and not view:
-        yield Recorder(plan.models)
+        yield Recorder(trial.models)
         return
     os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")  # a viewer that was closed is not missed
     from experiments.bench.run import record as rerun
 
     url = viewer.opened("the Rerun viewer did not open on this screen: give --no-view") if view else None
-    stream = rerun.stream(content_of(plan.models), plan.source.label(), part(file) if file else None, url)
-    recorder = Recorder(plan.models, stream, EVERY_S if view else math.inf)
+    stream = rerun.stream(content_of(trial.models), trial.condition.label(), part(file) if file else None, url)
+    recorder = Recorder(trial.models, stream, EVERY_S if view else math.inf)
     try:
         yield recorder
         recorder.send()
@@ -184,7 +173,7 @@ def _recorder(plan: WatchPlan, file: Path | None, *, view: bool) -> Iterator[Rec
         error_console.print(f"note: not everything was shown or recorded: {trouble}")
 
 
-def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> Run:
+def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> Run:
     """Show the source to the models, then write tables, intervals of motion and verdicts into a new folder.
 
     Ctrl-C in a command ends the source: the files hold all that was seen until then.
@@ -194,16 +183,15 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
     UsageError
         The folder holds a run, or the viewer does not open.
     """
-    source = plan.source
+    source = trial.condition
     if begun(out):
         raise UsageError(f"{out}: holds a run already; choose another --out")
-    trial = Trial("watch", 0, 0, plan.seed, source, plan.models)
-    with closing(RunFolder(out, TRIALS, source.frame_columns, plan.changed())) as folder:
-        folder.enter(plan.describe())
+    with closing(RunFolder(out, TRIALS, source.frame_columns, differing(trial.models, offline=True))) as folder:
+        folder.enter(describe(trial))
         count = 0 if source.count is None else source.count
         with (
             interrupts.once(source.stop),
-            _recorder(plan, folder.recording(0) if recordings else None, view=view) as recorder,
+            _recorder(trial, folder.recording(0) if recordings else None, view=view) as recorder,
             progress(source.label(), count, quiet or not count, "frames") as advance,
         ):
 
@@ -212,17 +200,17 @@ def run(plan: WatchPlan, out: Path, *, recordings: bool = True, view: bool = Fal
                 advance()
 
             try:
-                folder.add(play(trial, images=False, watch=see), source.label(), plan.seed)
+                folder.add(play(trial, images=False, watch=see), source.label(), trial.seed)
             except TrialError as error:
-                folder.fail(Failure(0, "", source.label(), plan.seed, str(error)))
+                folder.fail(Failure(0, "", source.label(), trial.seed, str(error)))
         frames = folder.table("frames")
         one = frames.filter(pl.col("model") == frames["model"][0]) if frames.height else frames
         time_s = one["time_s"].to_numpy()
         early = source.ended_early(len(time_s), float(time_s[-1])) if len(time_s) else ""
-        rates = [] if source.rate is None else rate_notes((model, source.rate) for model in plan.models)
+        rates = [] if source.rate is None else rate_notes((model, source.rate) for model in trial.models)
         notes = list(filter(None, [forms.note(), *source.notes(time_s), *rates, early]))
-        found = motion.motions(frames, {model.label: model.thresholds for model in plan.models})
-        judged = footage.verdicts(frames, plan.models, "watch") if plan.judged else []
+        found = motion.motions(frames, {model.label: model.thresholds for model in trial.models})
+        judged = footage.verdicts(frames, trial.models, "watch") if source.flow else []
         folder.write_text("summary.csv", found.write_csv())
         folder.write_json("claims.json", stored.document(judged))
         folder.write_json(NAME, {**read_description(out), NOTES: notes, EARLY: bool(early)})

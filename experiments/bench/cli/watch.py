@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     import polars as pl
 
     from experiments.bench.result import Run
-    from experiments.bench.watch import WatchPlan
 
 
 def watch(
@@ -51,20 +50,20 @@ def watch(
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")
-    plan = watching.plan(
+    trial = watching.plan(
         source, model or (), assignments or (), only=only, size=options.width_height(size), fps=fps,
         seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
     )  # fmt: skip
     folder = options.results_folder(out, "watch")
     wanted = has_screen() if view is None else view
-    report = watching.run(plan, folder, recordings=recordings, view=wanted, quiet=quiet)
+    report = watching.run(trial, folder, recordings=recordings, view=wanted, quiet=quiet)
     if not quiet:
-        show(plan, report)
+        show(report)
     failed = report.failures.height or report.description[watching.EARLY]
-    return options.EXIT_FAILED if failed else interrupts.STATUS if plan.source.stopped else 0
+    return options.EXIT_FAILED if failed else interrupts.STATUS if trial.condition.stopped else 0
 
 
-def show(plan: WatchPlan, run: Run) -> None:
+def show(run: Run) -> None:
     """Print the intervals of motion, what each model came to, the verdicts, and where everything is."""
     from experiments.bench.report import terminal
     from experiments.bench.report.terminal import count, show_files, show_verdicts
@@ -78,9 +77,9 @@ def show(plan: WatchPlan, run: Run) -> None:
         run.trials.head(1).select("source", "width", "height", "fps", "frames", "seconds"), "as models saw it"
     )
     terminal.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
-    if plan.judged:
+    if run.description["judged"]:
         terminal.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
-    show_verdicts(run.verdicts, model=len(plan.models) > 1)
+    show_verdicts(run.verdicts, model=len(run.models) > 1)
     show_files(run.folder, count(run.trials["frames"][0], "frame"))
 
 

@@ -19,7 +19,7 @@ from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
-from experiments.bench.sources.pictures import Pictures
+from experiments.bench.sources.pictures import Pictures, digests, picture
 from experiments.bench.stats.claim import Claim, check_claims
 
 if TYPE_CHECKING:
@@ -450,7 +450,7 @@ def clips_of(clips: Sequence[Clip], replicate: int, pictures: Pictures | None = 
 def _image(replicate: int, pictures: Pictures | None) -> str:
     """Return the background of a replicate's clips that name none."""
     if pictures:
-        return pictures.of(replicate)
+        return picture(pictures, replicate)
     return list(SCENES)[(replicate - 1) % len(SCENES)] if replicate else PHOTOGRAPH
 
 
@@ -462,7 +462,7 @@ def described_scenes(clips: Iterable[Clip], replicates: int, pictures: Pictures 
     if not any(clip.takes_scene() for clip in clips):
         return {}
     names = [Path(_image(replicate, pictures)).name for replicate in range(replicates)]
-    return {"backgrounds": names, **({"pictures": pictures.described()} if pictures else {})}
+    return {"backgrounds": names, **({"pictures": digests(pictures)} if pictures else {})}
 
 
 def find_stimulus(source: str) -> StimulusEntry:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 from experiments.bench.run.errors import UsageError
@@ -14,28 +13,18 @@ DIGITS = 20
 """Numbers in names are compared as if they had as many digits: 2 before 10."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pictures:
-    """Pictures in the order of their names, numbers by their value.
+Pictures = tuple[str, ...]
+"""Absolute paths of pictures, in the order of their names, numbers by their value."""
 
-    Parameters
-    ----------
-    files
-        Their absolute paths.
-    digests
-        SHA-256 of each: a run is not gone on with where a picture has changed.
-    """
 
-    files: tuple[str, ...]
-    digests: tuple[str, ...]
+def picture(pictures: Pictures, replicate: int) -> str:
+    """Return the path of a replicate's picture. After the last one the first comes again."""
+    return pictures[replicate % len(pictures)]
 
-    def of(self, replicate: int) -> str:
-        """Return the path of a replicate's picture. After the last one the first comes again."""
-        return self.files[replicate % len(self.files)]
 
-    def described(self) -> list[str]:
-        """Return what ``run.json`` has of them: each name with its digest."""
-        return [f"{Path(path).name} {digest}" for path, digest in zip(self.files, self.digests, strict=True)]
+def digests(pictures: Pictures) -> list[str]:
+    """Return what ``run.json`` has of pictures: each name with its SHA-256. Where one has changed, no run resumes."""
+    return [f"{Path(path).name} {hashlib.sha256(Path(path).read_bytes()).hexdigest()}" for path in pictures]
 
 
 def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
@@ -61,8 +50,7 @@ def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
             read_picture(path)
     except ValueError as error:
         raise UsageError(f"{option}: {error}") from None
-    digests = tuple(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths)
-    return Pictures(tuple(map(str, paths)), digests)
+    return tuple(map(str, paths))
 
 
 def by_number(path: Path) -> str:

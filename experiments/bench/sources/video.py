@@ -91,13 +91,13 @@ class VideoSource:
         self, name: str, size: tuple[int, int] | None = None, seconds: float | None = None, *, flow: bool = False,
         stimulus: ClipSource | None = None,
     ) -> None:  # fmt: skip
-        self.name, self.seconds, self._flow = name, seconds, flow
+        self.name, self.seconds, self.flow, self.stimulus = name, seconds, flow, stimulus
         self.is_camera = stimulus is None and name.isdecimal()
         self.film: Video | None = None
         self.rate: float | None = None
         self.count: int | None = None
         self.stopped = self._ended = False
-        readings = self._open(stimulus)
+        readings = self._open()
         first = next(readings, None)
         if first is None:
             raise UsageError(f"{name}: no frame could be read")
@@ -109,12 +109,12 @@ class VideoSource:
             raise UsageError(f"size must be WIDTHxHEIGHT, each between {SIZES_PX[0]} and {SIZES_PX[-1]} px, got {size}")
         self.fps, self.shape = self.rate or USUAL_FPS, self.size[::-1]
 
-    def _open(self, stimulus: ClipSource | None) -> Iterator[Reading]:
+    def _open(self) -> Iterator[Reading]:
         """Begin to read, and set what the source says of itself."""
         path = Path(self.name)
-        if stimulus is not None:
-            self.rate, self.count = stimulus.fps, len(stimulus)
-            return ((sample.time_s, sample.image, sample.truth) for sample in stimulus)
+        if self.stimulus is not None:
+            self.rate, self.count = self.stimulus.fps, len(self.stimulus)
+            return ((sample.time_s, sample.image, sample.truth) for sample in self.stimulus)
         if self.is_camera:
             cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # the error says it
             capture = cv2.VideoCapture(int(self.name))
@@ -155,8 +155,8 @@ class VideoSource:
             if self.seconds is not None and time_s > self.seconds:
                 return
             luma = resized(image, self.size)
-            flow = mean_flow(before, luma) if self._flow and before is not None else None
-            before = luma if self._flow else None
+            flow = mean_flow(before, luma) if self.flow and before is not None else None
+            before = luma if self.flow else None
             yield Sample(time_s, luma, {**truth, "time_s": time_s, "flow": flow})
             if self.stopped:
                 return
@@ -168,7 +168,7 @@ class VideoSource:
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return peaks and troughs of a model's potentials, and its grades against the flow."""
-        graded = grades(frames, model.thresholds.get("hs")) if self._flow else dict.fromkeys(GRADES)
+        graded = grades(frames, model.thresholds.get("hs")) if self.flow else dict.fromkeys(GRADES)
         return {**peaks(frames), "seconds": float(frames["time_s"][-1]), **graded}
 
     def ended_early(self, frames: int, until_s: float) -> str:

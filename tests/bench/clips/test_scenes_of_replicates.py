@@ -87,10 +87,10 @@ def test_replicate_r_has_picture_r_in_the_order_of_names(tmp_path):
 def test_the_wall_has_the_first_picture(tmp_path):
     user_pictures = folder_pictures(pictures_in(tmp_path / "own", "1.png", "2.png", "3.png"))
     trial_plan = robot_plan(registry.load("general"), ["dsnn"], (), 2, 5, user_pictures)
-    assert {spec.settings.scene.wall for spec in trial_plan.specs()} == {user_pictures.files[0]}
+    assert {spec.settings.scene.wall for spec in trial_plan.specs()} == {user_pictures[0]}
     assert "scene.wall" not in trial_plan.changed()  # as a replicate's wall is no setting of all trials
     with pytest.raises(UsageError, match="give one of them"):
-        robot_plan(registry.load("general"), ["dsnn"], [f"scene.wall={user_pictures.files[0]}"], 2, 5, user_pictures)
+        robot_plan(registry.load("general"), ["dsnn"], [f"scene.wall={user_pictures[0]}"], 2, 5, user_pictures)
 
 
 def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
