@@ -1,4 +1,4 @@
-"""The judges of the robot's claims: what they test, how many trials they take, what decided."""
+"""The judges of the robot's claims: what they test, how many trials they take, and what leaves them unjudged."""
 
 import pytest
 
@@ -6,7 +6,6 @@ from experiments.bench.sources.judge import flaws
 from experiments.bench.sources.judge import judge as outcome
 from experiments.bench.stats.claim import DSNN, claims_on
 from experiments.claims.robot import VARIANTS
-from tests.bench.robot.test_claims import depth, rows
 
 CLAIMS = claims_on("robot")
 
@@ -14,6 +13,22 @@ T = 0.2
 STEPS = dict(zip(range(2, 11), (0, 20, 40, 50, 60, 55, 50, 47, 45), strict=True))
 SPEEDS = dict(zip((2, 4, 6, 10), (0, 40, 60, 45), strict=True))
 ANGLES = dict(zip((-30, -15, 0, 15, 30), (11, 8, 0, 2, 8), strict=True))
+
+
+def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):
+    return [
+        {"motion": "translation", "direction": direction, "speed_cm_s": 6.0, "distance_cm": 8.0, "peak_hs": 0.5,
+         "trough_hs": -0.01, "path_error_mm": 0.1, "shell_grey": None, "wall_contrast": None,
+         "observer_speed_cm_s": 0.0, "observer_turn_deg_s": 0.0, "angle_deg": None, "mean_hs_near_axis": 0.4,
+         **fixed, column: float(level), "spikes": count, "spikes_in_window": count, "spikes_in_inner_window": count}
+        | {"achieved_speed_cm_s": (float(level) if column == "speed_cm_s" else 6.0) * achieved}
+        for level, counts in spikes_by.items()
+        for count in counts
+    ]  # fmt: skip
+
+
+def depth(motion, spikes_by_angle, **changed):
+    return rows(spikes_by_angle, "angle_deg", "straight", motion=motion, **changed)
 
 
 def crossing(way, n, **values):
@@ -65,28 +80,34 @@ def test_every_claim_has_a_least_number_of_trials(claim):
     assert outcome(claim, enough(claim, least), T).verdict == "holds"
     for n in range(1, least):
         few = outcome(claim, enough(claim, n), T)
-        assert few.verdict == "not shown" and few.decided == ""
-        assert few.least == least and few.measured.startswith(
-            f"needs at least {least} trials of each condition (has {n})"
-        )
+        assert (few.verdict, few.decided, few.least) == ("not shown", "", least)
+    assert outcome(claim, [], T).verdict == "not shown"
 
 
 # What each tests.
 
 
-def test_c14_is_of_every_crossing():
-    """Not of those at 6 cm/s and the nearest distance alone."""
-    near = enough("C14", 5)
-    assert outcome("C14", near, T).verdict == "holds"
-    for way, column, value in (("rightward", "peak_hs", 0.1), ("leftward", "trough_hs", -0.1)):
-        for weak in (
-            rows({2: [0] * 5}, "speed_cm_s", way, **{"peak_hs": 0.0, "trough_hs": 0.0, column: value}),
-            rows({15: [0] * 5}, "distance_cm", way, **{"peak_hs": 0.0, "trough_hs": 0.0, column: value}),
-        ):
-            verdict = outcome("C14", near + weak, T)
-            assert verdict.verdict == "fails" and verdict.n == 15
-            where = f"{weak[0]['speed_cm_s']:g} cm/s, {weak[0]['distance_cm']:g} cm"
-            assert f"{way}: HS reaches {value:+.3f} at {where}" in verdict.decided
+@pytest.mark.parametrize(
+    "weak",
+    [
+        crossing("rightward", 1, peak_hs=0.19),
+        crossing("leftward", 1, trough_hs=-0.19),
+        crossing("leftward", 1, peak_hs=0.8),  # it passes the threshold of either direction
+        rows({2: [0]}, "speed_cm_s", peak_hs=0.1),  # not of those at 6 cm/s and the nearest distance alone
+        rows({15: [0]}, "distance_cm", peak_hs=0.1),
+    ],
+)
+def test_c14_is_of_every_crossing(weak):
+    assert outcome("C14", enough("C14", 5) + weak, T).verdict == "fails"
+    assert outcome("C14", crossing("rightward", 5), T).verdict == "not shown", "it needs both directions"
+
+
+def test_c13_counts_every_spike():
+    silent = depth("approach", {0: [0] * 5}) + depth("recession", {0: [0] * 5})
+    assert outcome("C13", silent, 0.2).verdict == "holds"
+    assert outcome("C13", silent + depth("recession", {0: [1]}), 0.2).verdict == "fails"
+    assert outcome("C13", depth("approach", {0: [0]}), 0.2).verdict == "not shown"
+    assert outcome("C13", depth("approach", {0: [3]}), 0.2).verdict == "fails", "one motion is enough to fail"
 
 
 def test_the_angular_claims_are_of_every_speed():
@@ -95,68 +116,75 @@ def test_the_angular_claims_are_of_every_speed():
     fast = [row | {"achieved_speed_cm_s": 10.0} for row in fast]
     assert outcome("C17", fast, T).verdict == "holds"
     flat = [row | {"spikes": 3} for row in fast]
-    verdict = outcome("C17", enough("C17", 4) + flat, T)
-    assert verdict.verdict == "fails" and verdict.decided.startswith("10 cm/s: 3.0 spikes at -30 degrees")
+    assert outcome("C17", enough("C17", 4) + flat, T).verdict == "fails"
 
 
-def test_c15_is_of_the_papers_four_speeds_alone():
-    assert outcome("C15", enough("C15", 4) + rows({8: [70] * 4, 15: [70] * 4}, "speed_cm_s"), T).verdict == "holds"
+def fewest_ahead(m):
+    return min(m[-30] - m[-15], m[30] - m[15], m[-15] - m[0], m[15] - m[0])
 
 
-@pytest.mark.parametrize(
-    ("changes", "verdict"),
-    [({}, "holds"), ({5: 61}, "holds"), ({7: 61}, "holds"), ({4: 61}, "fails"), ({8: 60}, "fails"), ({9: 70}, "fails"),
-     ({8: 59}, "holds"), ({8: 59.5}, "fails")],
-)  # fmt: skip
-def test_c31_is_of_every_speed_from_2_to_10(changes, verdict):
-    def trials(counts):
-        return rows({speed: [m] * 4 for speed, m in counts.items()}, "speed_cm_s")
-
-    assert outcome("C31", trials({**STEPS, **changes}), T).verdict == verdict
-    beyond = trials({**STEPS, **changes, 15: 99})
-    assert outcome("C31", beyond, T).verdict == verdict, "its words go to 10 cm/s"
-    lacking = {speed: m for speed, m in STEPS.items() if speed != 7}
-    assert outcome("C31", trials(lacking), T).verdict == "not shown"
+def to_the_left(m):
+    return (m[-30] + m[-15] - m[15] - m[30]) / 2
 
 
-@pytest.mark.parametrize(
-    ("claim", "column", "least"),
-    [
-        ("C15", "speed_cm_s", {2: 39.0, 4: 40.0, 6: 41.0, 10: 40.0}),
-        ("C16", "distance_cm", {5: 3.0, 10: 2.0, 15: 1.0}),
-        ("C17", "angle_deg", {-30: 2.0, -15: 1.0, 0: 0.0, 15: 1.0, 30: 2.0}),
-        ("C19", "angle_deg", {-30: 2.0, -15: 1.0, 0: 0.0, 15: 1.0, 30: 2.0}),
-        ("C18", "angle_deg", {-30: 2.0, -15: 2.0, 0: 0.0, 15: 1.0, 30: 1.0}),
-        ("C20", "angle_deg", {-30: 1.0, -15: 1.0, 0: 0.0, 15: 2.0, 30: 2.0}),
-        ("C21", "angle_deg", {-30: 1.0, -15: 1.0, 0: 2.0, 15: 1.0, 30: 1.0}),
-    ],
-)
-def test_a_difference_of_counts_below_a_spike_a_trial_is_none(claim, column, least):
-    """At the margin a claim holds; with all differences three tenths of it, it does not."""
-
-    def trials(counts):
-        if column == "angle_deg":
-            kind = "recession" if claim in ("C19", "C20") else "approach"
-            return depth(kind, {level: [mean] * 4 for level, mean in counts.items()})
-        return rows({level: [mean] * 4 for level, mean in counts.items()}, column)
-
-    assert outcome(claim, trials(least), T).verdict == "holds"
-    judged = outcome(claim, trials({level: 0.3 * mean for level, mean in least.items()}), T)
-    assert judged.verdict == "fails" and "+0.3 against" in judged.decided and "(needs +1 or more)" in judged.decided
-    assert min(check.reading for check in judged.checks if check.asks == "+1 or more") == pytest.approx(0.3)
+MANY = 70
+"""Mean spikes at a level that no words name."""
+FEWEST, LEFT = {-30: 2, -15: 1, 0: 0, 15: 1, 30: 2}, {-30: 2, -15: 2, 0: 0, 15: 1, 30: 1}
+ORDERS = {
+    "C15": ({2: 39, 4: 40, 6: 41, 10: 40, 8: MANY, 15: MANY}, lambda m: min(m[4] - m[2], m[6] - m[4], m[6] - m[10])),
+    "C16": ({5: 5, 10: 4, 15: 2.5}, lambda m: min(m[5] - m[10], m[10] - m[15], 1 + m[5] / 2 - m[15])),
+    "C17": (FEWEST, fewest_ahead), "C19": (FEWEST, fewest_ahead),
+    "C18": (LEFT, to_the_left), "C20": ({-a: m for a, m in LEFT.items()}, lambda m: -to_the_left(m)),
+    "C21": ({-30: 1, -15: 1, 0: 2, 15: 1, 30: 1}, lambda m: m[0] - max(m[-30], m[-15], m[15], m[30])),
+    "C31": ({**dict.fromkeys(range(2, 11), 8), 6: 9, 15: MANY},
+            lambda m: max(m[5], m[6], m[7]) - max(m[speed] for speed in (2, 3, 4, 8, 9, 10))),
+}  # fmt: skip
+"""Claim -> mean spikes by level on which it just holds, and the least of the differences that its words ask for."""
 
 
-# What is no number.
+@pytest.mark.parametrize("claim", ORDERS)
+def test_an_order_of_counts_holds_where_each_of_its_differences_is_a_spike_a_trial(claim):
+    """With the mean of one level higher or lower by a part of a spike, and without the level."""
+    just, least = ORDERS[claim]
+
+    def judged(means):
+        spikes = {level: [mean] * 4 for level, mean in means.items()}
+        if claim in ("C15", "C16", "C31"):
+            return outcome(claim, rows(spikes, "distance_cm" if claim == "C16" else "speed_cm_s"), T)
+        return outcome(claim, depth("recession" if claim in ("C19", "C20") else "approach", spikes), T)
+
+    assert judged(just).verdict == "holds" and least(just) == 1
+    for level in just:
+        for change in (-0.7, -0.3, 0.3, 0.7):
+            means = {**just, level: just[level] + change}
+            assert judged(means).verdict == ("holds" if least(means) >= 1 else "fails"), (level, change)
+        means = {other: mean for other, mean in just.items() if other != level}
+        assert judged(means).verdict == ("not shown" if just[level] < MANY else "holds"), level
 
 
-@pytest.mark.parametrize("nothing", [float("nan"), None, float("inf")])
-def test_a_trial_without_a_measured_speed_or_path_is_flawed(nothing):
-    for column, says in (("achieved_speed_cm_s", "no measured speed"), ("path_error_mm", "no measured path")):
-        trials = enough("C15", 4)
-        trials[3] = trials[3] | {column: nothing}
-        assert f"1 of 16 trials have {says}" in flaws(trials)
-        verdict = outcome("C15", trials, T)
-        assert verdict.verdict == "not shown" and says in verdict.measured
+def test_trials_of_another_direction_or_experiment_do_not_count():
+    others = rows({6: [0] * 9}, "speed_cm_s", observer_turn_deg_s=5.0)
+    assert outcome("C15", enough("C15", 4) + others, T).verdict == "holds"
+    leftward = [row | {"direction": "leftward"} for row in enough("C15", 4)]
+    assert outcome("C15", leftward, T).verdict == "not shown"
+
+
+# What is flawed, or no number.
+
+
+@pytest.mark.parametrize("drive", ["feedback", "open"])
+def test_a_trial_that_was_not_what_it_says_leaves_its_claim_unjudged(drive):
+    """One driven open loop is judged by what it did, where that was measured."""
+    untold = (float("nan"), None, float("inf"))
+    for column, near, far in (("achieved_speed_cm_s", 2.03, 2.06), ("path_error_mm", 0.9, 1.5)):
+        for value in (near, far, *untold):
+            first, *others = enough("C15", 4)
+            trials = [{**first, column: value, "drive": drive}, *others]
+            sound = value == near or (value == far and drive == "open")
+            assert outcome("C15", trials, T).verdict == ("holds" if sound else "not shown"), (column, value)
+            assert (flaws(trials) == "") == sound
+    elsewhere = depth("approach", {0: [1]}, path_error_mm=1.5)
+    assert outcome("C15", enough("C15", 4) + elsewhere, T).verdict == "holds", "another motion's flaw"
 
 
 @pytest.mark.parametrize("claim", CLAIMS)
@@ -193,17 +221,12 @@ def ensemble_verdict(claim, column, **curves):
 
 
 def test_c24_is_of_every_speed_and_of_the_threshold():
-    weak = ensemble_verdict("C24", "peak_hs", **{"dsnn:n_con=2": {15: 0.8}})
-    assert weak.verdict == "fails"
-    assert weak.decided.startswith("peak HS of N_con = 8 0.800 at 15 cm/s, +0.0000 against 0.8000 of N_con = 2 (needs")
-    as_often = {speed: 0.05 for speed in (2, 4, 6, 8, 10, 15, 20)}
-    silent = outcome("C24", ensemble(4, column="peak_hs", dsnn=as_often), T)
+    assert ensemble_verdict("C24", "peak_hs", **{"dsnn:n_con=2": {15: 0.8}}).verdict == "fails"
+    silent = ensemble_verdict("C24", "peak_hs", dsnn={speed: 0.05 for speed in (2, 4, 6, 8, 10, 15, 20)})
     assert silent.verdict == "fails", "higher nowhere"
-    high = ensemble(4, column="peak_hs", **{"dsnn:n_con=1": {s: 0.25 for s in (4, 6, 8, 10, 15, 20)}})
-    judged = outcome("C24", high, T)
-    assert (
-        judged.verdict == "fails" and "passes T = 0.2 at 6 of 7 speeds (needs more than N_con = 1: 6)" in judged.decided
-    )
+    as_often = {speed: 0.25 for speed in (4, 6, 8, 10, 15, 20)}
+    judged = ensemble_verdict("C24", "peak_hs", **{"dsnn:n_con=1": as_often})
+    assert judged.verdict == "fails" and [check.slack for check in judged.checks if check.slack <= 0] == [0]
 
 
 @pytest.mark.parametrize("delay", [10, 50, 100, 200])
@@ -212,9 +235,9 @@ def test_c25_is_of_each_fixed_delay_and_speed(delay):
         curves = {f"dsnn:tau_s={delay},{delay}": {speed: 0.95}}
         assert ensemble_verdict("C25", "mean_hs_near_axis", **curves).verdict == verdict
     equal = ensemble_verdict("C25", "mean_hs_near_axis", **{f"dsnn:tau_s={delay},{delay}": {6: 0.5}})
-    assert equal.verdict == "fails" and f"against 0.5000 of {delay} ms" in equal.decided
+    assert equal.verdict == "fails"
     other = ensemble_verdict("C25", "mean_hs_near_axis", **{"dsnn:tau_s=200,10": {6: 0.95}})
-    assert other.verdict == "holds" and "0.95 at 6" in other.measured, "the other reading decides nothing"
+    assert other.verdict == "holds", "the other reading decides nothing"
 
 
 @pytest.mark.parametrize(
@@ -236,7 +259,6 @@ def test_c30_asks_for_a_move_with_both(peaks, verdict):
 def test_c29_holds_if_it_does_in_both_windows(column):
     trials = enough("C29", 4)
     as_many = [row | {column: 60} if row["speed_cm_s"] == 10 else row for row in trials]
-    judged = outcome("C29", as_many, T)
-    assert judged.verdict == "fails" and "60.0 spikes at 6 cm/s, +0.0 against 60.0 at 10" in judged.decided
+    assert outcome("C29", as_many, T).verdict == "fails"
     whole = [row | {"spikes": 0} for row in trials]
     assert outcome("C29", whole, T).verdict == "holds", "not the count of the whole crossing"

@@ -7,7 +7,7 @@ from experiments.bench.sources.judge import judge
 from experiments.bench.stats.checks import strength
 from experiments.bench.stats.claim import find_claim, title_of
 from experiments.bench.stats.verdict import Verdict
-from tests.bench.robot.test_claims import rows
+from tests.bench.robot.test_judges import rows
 
 HOLDS = Outcome("holds", "as measured")
 
