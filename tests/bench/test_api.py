@@ -26,13 +26,6 @@ QUICK = {"repeats": 2, "recordings": False, "quiet": True, "workers": 0}
 FAST = {"experiment.speeds_cm_s": [20, 30]}
 
 
-def test_a_bare_import_loads_nothing_heavy():
-    code = "import sys; before = set(sys.modules); import experiments; print(sorted(set(sys.modules) - before))"
-    done = subprocess.run([sys.executable, "-c", code], env=ENVIRONMENT, capture_output=True, text=True, check=True)
-    loaded = {name.partition(".")[0] for name in ast.literal_eval(done.stdout)}
-    assert loaded <= {"experiments", *sys.stdlib_module_names}
-
-
 def test_the_stub_says_what_is_there_and_every_name_is_documented():
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text())
     imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
@@ -198,13 +191,11 @@ def test_runs_without_equal_trials_have_no_tests(folder):
 
 
 WRONG = {
-    "an experiment": lambda: experiments.run("sped"),
     "a file that is not there": lambda: experiments.run("no.py"),
-    "a model": lambda: experiments.run("speed", models=["dsn"]),
     "only": lambda: experiments.run("speed", only=True),
-    "a key": lambda: experiments.run("speed", settings={"dsnn.ncon": 6}),
     "a value": lambda: experiments.run("speed", settings={"dsnn.n_con": -1}),
     "a seed": lambda: experiments.run("speed", seed=-1),
+    "a seed that no generator takes": lambda: experiments.run("speed", seed=10**30),
     "repeats": lambda: experiments.run("speed", repeats=0),
     "to load nothing": lambda: experiments.load("no"),
     "to list nothing": lambda: experiments.runs("no"),

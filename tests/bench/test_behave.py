@@ -1,16 +1,13 @@
 """Runs of behaviours: what is planned, the folder that is left, any number of workers, a run that goes on."""
 
 import dataclasses
-import json
 
-import polars as pl
 import pytest
 
 from colias_sim.envs import ENVS
-from experiments import UsageError, load, score
+from experiments import UsageError, load
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, GROUPS, OPTOMOTOR
 from experiments.bench.behave import env_options, plan, run
-from experiments.bench.cli import main
 from experiments.bench.reproduce import QUICK, planned
 from experiments.bench.run.runs import Resources
 
@@ -49,8 +46,6 @@ def test_wrong_options_are_refused(typed):
 def test_what_cannot_be_planned_is_refused():
     with pytest.raises(UsageError, match="--episodes"):
         plan(["still"], episodes=0)
-    with pytest.raises(UsageError, match="--episodes"):
-        score("still", episodes=0)
 
 
 def test_a_reproduction_plays_known_behaviours_at_equal_seeds():
@@ -94,17 +89,11 @@ def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
     trials[1:2].write_parquet(folder / "000001-trials.parquet")
     loaded.frames.filter(trial=1).write_parquet(folder / "000001-frames.parquet")
     (tmp_path / "run" / "frames.parquet").unlink()
-    assert played(short(), tmp_path / "run", recordings=2).trials.equals(trials)
+    assert played(short(), tmp_path / "run", workers=2, recordings=2).trials.equals(trials)
     assert (tmp_path / "run" / "trials.parquet").read_bytes() == whole
-    with pytest.raises(UsageError, match="seed"):
-        played(short(seed=1), tmp_path / "run", recordings=2)
-
-
-def test_numbers_do_not_depend_on_workers(tmp_path):
-    one, two = played(short(), tmp_path / "one"), played(short(), tmp_path / "two", workers=2)
-    assert one.trials.equals(two.trials)
-    frames = (pl.read_parquet(tmp_path / name / "frames.parquet") for name in ("one", "two"))
-    assert next(frames).equals(next(frames))
+    for other in (short(seed=1), dataclasses.replace(short(), options={"noise": 0.5})):
+        with pytest.raises(UsageError, match="choose another"):
+            played(other, tmp_path / "run", recordings=2)
 
 
 def test_claims_are_judged_where_their_behaviours_play_in_the_env_as_it_is(tmp_path):
@@ -113,12 +102,3 @@ def test_claims_are_judged_where_their_behaviours_play_in_the_env_as_it_is(tmp_p
     (verdict,) = played(pair, tmp_path / "b4").verdicts
     assert (verdict.id, verdict.experiment, verdict.outcome.verdict) == ("B4", FIXATION, "not shown")
     assert not played(dataclasses.replace(pair, options={"noise": 0.5}), tmp_path / "other").verdicts
-
-
-def test_the_command_prints_the_scores_and_judges(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    command = ["behave", "straight", "--episodes", "1", "--no-baselines", "--set", "robots=1", "--out", "run"]
-    assert main.command([*command, "--workers", "0"]) == 0
-    printed = capsys.readouterr().out
-    assert "collisions/m" in printed and "without collision" in printed and "colias view run" in printed
-    assert json.loads((tmp_path / "run" / "run.json").read_text())["options"] == {"robots": 1}

@@ -16,7 +16,7 @@ from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.experiment import Translation
 from experiments.bench.sources.judge import SIGNED
-from experiments.bench.stats.tests import alarm_count, first_alarm_s, median_interval, poisson_interval
+from experiments.bench.stats.tests import alarm_count, first_alarm_s, median_interval
 from experiments.claims.clips import answer
 from tests.helpers import user_files
 
@@ -76,10 +76,6 @@ def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
     contact = np.array([math.nan, 0.3, 0.2, 0.1, 0.0, -0.1])
     assert first_alarm_s(np.array([1, 0, 1, 1, 0, 0]), contact) == 0.2, "before the approach it is none"
     assert first_alarm_s(np.array([0, 0, 0, 0, 1, 1]), contact) is None, "after contact it is too late"
-
-
-def test_the_interval_of_a_count_is_garwood_s():
-    assert poisson_interval(10) == pytest.approx((4.795, 18.39), abs=2e-3)
 
 
 def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):
