@@ -22,14 +22,16 @@ import numpy.typing as npt
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_INPUTS, UNIT_CONTRAS
 
 __all__ = [
-    "CalibrationError", "ExposureLoop", "NoiseLevels", "PhotonTransfer", "contrast_and_brightness", "edge_columns",
-    "edge_rows", "exposure_loop", "falloff_exponent", "fixed_pattern", "gamma_points", "lean", "noise_levels",
-    "photon_transfer", "row_time_us", "transfer", "unsteadiness",
+    "CalibrationError", "ExposureLoop", "contrast_and_brightness", "edge_columns", "edge_rows", "exposure_loop",
+    "falloff_exponent", "fixed_pattern", "gamma_points", "lean", "noise_levels", "photon_transfer", "row_time_us",
+    "transfer", "unsteadiness",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
 Whole = npt.NDArray[np.int64]
+NoiseLevels = tuple[Floats, Floats, Whole]
+"""Mean grey, its variance over time and the number of pixels of each bin of pixels, (N,) each."""
 
 QUANTISATION = 1.0 / 12.0
 """Variance of rounding to whole grey levels."""
@@ -68,70 +70,6 @@ class CalibrationError(ValueError):
 # Noise.
 
 
-@dataclass(frozen=True, slots=True)
-class NoiseLevels:
-    """Temporal noise of a still scene by grey level.
-
-    Parameters
-    ----------
-    mean, variance
-        Mean and variance of each bin of pixels, (N,), in grey levels and their squares, without the variance of
-        rounding.
-    pixels
-        Number of pixels in each bin, (N,).
-    """
-
-    mean: Floats
-    variance: Floats
-    pixels: Whole
-
-
-@dataclass(frozen=True, slots=True)
-class PhotonTransfer:
-    """The line ``variance = slope mean + dark_sd^2`` of the photon transfer.
-
-    Parameters
-    ----------
-    slope
-        Variance per mean, in grey levels.
-    dark_sd
-        Noise without light, sd in grey levels.
-    """
-
-    slope: float
-    dark_sd: float
-
-    def shot_noise(self, gain: float) -> float:
-        """Compute ``shot_noise`` of `colias_sim.CameraConfig`: slope = gain shot_noise^2 / 255.
-
-        Parameters
-        ----------
-        gain
-            The camera's gain.
-
-        Returns
-        -------
-        float
-            The shot noise, a setting of the camera.
-        """
-        return math.sqrt(max(self.slope, 0.0) * 255.0 / gain)
-
-    def read_noise(self, gain: float) -> float:
-        """Compute ``read_noise`` of `colias_sim.CameraConfig`: dark_sd = gain read_noise.
-
-        Parameters
-        ----------
-        gain
-            The camera's gain.
-
-        Returns
-        -------
-        float
-            The read noise, a setting of the camera.
-        """
-        return self.dark_sd / gain
-
-
 def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
     """Measure temporal noise by grey level.
 
@@ -145,8 +83,9 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
 
     Returns
     -------
-    NoiseLevels
-        The bins with enough pixels.
+    tuple of ndarray
+        Mean (grey levels), variance (their squares, without the variance of rounding) and number of pixels of each bin
+        with enough pixels, (N,) each.
 
     Raises
     ------
@@ -166,7 +105,7 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
     edges = np.linspace(mean.min(), mean.max() + 1e-9, bins + 1)
     place = np.digitize(mean, edges) - 1
     used = [place == index for index in range(bins) if (place == index).sum() >= LEAST_PIXELS]
-    return NoiseLevels(
+    return (
         np.array([mean[bin_].mean() for bin_ in used]),
         np.array([variance[bin_].mean() for bin_ in used]) - QUANTISATION,
         np.array([bin_.sum() for bin_ in used], np.int64),
@@ -196,18 +135,22 @@ def unsteadiness(frames: Images) -> float:
     return max(slow, whole, 0.0) if max(slow, whole) > SCATTER_SDS / math.sqrt(stack.size) else 0.0
 
 
-def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
-    """Fit the photon-transfer line to the noise of one still scene, or of several under different light.
+def photon_transfer(levels: Sequence[NoiseLevels], gain: float = 1.0) -> tuple[float, float]:
+    """Measure shot and read noise, by a line through the noise of one still scene, or of several under different light.
+
+    The line of the photon transfer is ``variance = gain shot_noise^2 / 255 mean + (gain read_noise)^2``.
 
     Parameters
     ----------
     levels
         Results of `noise_levels`, one or more. Bins are weighted by the precision of their variance.
+    gain
+        The camera's gain.
 
     Returns
     -------
-    PhotonTransfer
-        The line.
+    shot_noise, read_noise : float
+        Settings of `colias_sim.CameraConfig`.
 
     Raises
     ------
@@ -224,17 +167,15 @@ def photon_transfer(levels: Sequence[NoiseLevels]) -> PhotonTransfer:
     >>> from colias_sim.calibrate import noise_levels, photon_transfer
     >>> light = np.linspace(40.0, 200.0, 72 * 99).reshape(72, 99)
     >>> noise = np.random.default_rng(0).normal(size=(60, 72, 99)) * np.sqrt(0.4 + 0.006 * light)
-    >>> line = photon_transfer([noise_levels(np.rint(light + noise).astype(np.uint8))])
-    >>> round(line.slope, 3)
+    >>> shot_noise, read_noise = photon_transfer([noise_levels(np.rint(light + noise).astype(np.uint8))])
+    >>> round(shot_noise**2 / 255, 3)
     0.006
     """
-    mean = np.concatenate([level.mean for level in levels])
-    variance = np.concatenate([level.variance for level in levels])
-    pixels = np.concatenate([level.pixels for level in levels])
+    mean, variance, pixels = (np.concatenate(parts) for parts in zip(*levels, strict=True))
     if np.ptp(mean) < 10.0:
         raise CalibrationError(f"the still scene's grey levels must span 10 or more, got {np.ptp(mean):.1f}")
     slope, dark = np.polyfit(mean, variance, 1, w=np.sqrt(pixels) / np.maximum(variance, 1e-3))
-    return PhotonTransfer(float(slope), math.sqrt(max(float(dark), 0.0)))
+    return math.sqrt(max(float(slope), 0.0) * 255.0 / gain), math.sqrt(max(float(dark), 0.0)) / gain
 
 
 def fixed_pattern(frames: Images) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import mujoco
 import numpy as np
@@ -135,14 +133,6 @@ def _has_bands(config: CameraConfig) -> bool:
 _MOST_SLOTS = 4
 
 
-@dataclass(frozen=True, slots=True)
-class _Band:
-    """A band of rows that OpenGL has drawn and `Strips` has not yet read."""
-
-    render: Render
-    slot: int
-
-
 class Strips:
     """Draws bands of rows, and reads several of them together, because OpenGL waits at each reading.
 
@@ -162,7 +152,7 @@ class Strips:
     def __init__(self, offscreen: Offscreen, config: CameraConfig, slots: int) -> None:
         self._offscreen, self._slots = offscreen, slots
         self._height, self._width, self._scale = config.height, config.width, config.supersample
-        self._drawn: list[_Band] = []
+        self._drawn: dict[int, list[Render]] = {}  # slot -> the bands in it that are not yet read
 
     @staticmethod
     def slots(config: CameraConfig) -> int:
@@ -175,14 +165,16 @@ class Strips:
     ) -> None:  # fmt: skip
         """Draw a band of the present scene. ``light`` and ``ahead`` are passed to `collect` if that is due."""
         taken = {
-            strip.slot for strip in self._drawn if strip.render.top < render.bottom and render.top < strip.render.bottom
+            slot
+            for slot, bands in self._drawn.items()
+            if any(band.top < render.bottom and render.top < band.bottom for band in bands)
         }
         slot = next((slot for slot in range(self._slots) if slot not in taken), None)
         if slot is None:
             self.collect(light, ahead)
             slot = 0
         self._offscreen.draw(data, camera, option, self._rows(render.top, render.bottom), slot)
-        self._drawn.append(_Band(render, slot))
+        self._drawn.setdefault(slot, []).append(render)
 
     def collect(self, light: Floats, ahead: Floats) -> None:
         """Read the drawn bands, and add them to the exposures.
@@ -192,12 +184,11 @@ class Strips:
         light, ahead
             The exposures of the current and of the next frame, (R, C).
         """
-        drawn, self._drawn = self._drawn, []
-        for slot in sorted({strip.slot for strip in drawn}):
-            inside = [strip.render for strip in drawn if strip.slot == slot]
-            top, bottom = min(strip.top for strip in inside), max(strip.bottom for strip in inside)
+        drawn, self._drawn = self._drawn, {}
+        for slot, bands in sorted(drawn.items()):
+            top, bottom = min(band.top for band in bands), max(band.bottom for band in bands)
             grey = self._read(top, bottom, slot)
-            for render in inside:
+            for render in bands:
                 target = ahead if render.ahead else light
                 target[render.top : render.bottom] += render.parts * grey[render.top - top : render.bottom - top]
 

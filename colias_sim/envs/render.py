@@ -7,7 +7,6 @@ import math
 import threading
 import weakref
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -26,6 +25,8 @@ from colias_sim.simulation import Simulation
 
 Picture = npt.NDArray[np.uint8]
 Vector = npt.NDArray[np.float64]
+View = tuple[mujoco.MjvCamera, tuple[int, int, int, int]]
+"""A camera, and the rectangle of the picture that it fills: left, bottom, width and height, in pixels."""
 
 DRAWN = (0, OWN_BODY_GROUP)
 """The groups of geoms that are drawn."""
@@ -122,17 +123,19 @@ class Renderer:
         def dressed(scene: mujoco.MjvScene) -> None:
             dress(scene, self._floor, poses, self._sim.robots)
 
-        for view in self._views:
-            if view.follows:
-                view.eye.lookat[:] = poses[OBSERVER].x, poses[OBSERVER].y, 0.012
-                view.eye.azimuth = math.degrees(poses[OBSERVER].heading)
-            dressing = dressed if view.people else None
-            self._offscreen.draw_into(view.rect, self._sim.data, view.eye, view.option, dressing)
+        (whole, _), *insets = self._views
+        if insets:
+            close, _ = insets[0]
+            close.lookat[:] = poses[OBSERVER].x, poses[OBSERVER].y, 0.012
+            close.azimuth = math.degrees(poses[OBSERVER].heading)
+        for eye, rect in self._views:
+            dressing = dressed if _for_people(eye) else None
+            self._offscreen.draw_into(rect, self._sim.data, eye, _drawn(eye), dressing)
         picture = np.flipud(self._offscreen.read_all()).copy()
-        for view in self._views[1:]:
-            _draw_frame(picture, view)
-        if self._views[0].people and picture.shape[1] >= LEAST_INSET_WIDTH:
-            _draw_scale(picture, self._views[0].eye)
+        for _, rect in insets:
+            _draw_frame(picture, rect)
+        if _for_people(whole) and picture.shape[1] >= LEAST_INSET_WIDTH:
+            _draw_scale(picture, whole)
         return picture
 
     def retexture(self, texture: int) -> None:
@@ -161,35 +164,18 @@ def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
 # Views: where a picture is taken from.
 
 
-@dataclass(frozen=True, slots=True)
-class View:
-    """A camera and the rectangle of the picture that it fills.
+def _drawn(eye: mujoco.MjvCamera) -> mujoco.MjvOption:
+    """Select the drawn groups; the observer's own body is hidden from its own camera, whose lens is in front of it."""
+    option = mujoco.MjvOption()
+    for group in range(mujoco.mjNGROUP):
+        option.geomgroup[group] = group in DRAWN
+    option.geomgroup[OWN_BODY_GROUP] = _for_people(eye)
+    return option
 
-    Parameters
-    ----------
-    eye
-        The camera.
-    rect
-        Left, bottom, width and height, in pixels.
-    people
-        Whether markers, ground and the observer's body are drawn, which the robot's camera never sees.
-    follows
-        Whether the camera follows the observer.
-    """
 
-    eye: mujoco.MjvCamera
-    rect: tuple[int, int, int, int]
-    people: bool = True
-    follows: bool = False
-
-    @property
-    def option(self) -> mujoco.MjvOption:
-        """Select the drawn groups; the observer's own body is only drawn for people, as its lens is in front of it."""
-        option = mujoco.MjvOption()
-        for group in range(mujoco.mjNGROUP):
-            option.geomgroup[group] = group in DRAWN
-        option.geomgroup[OWN_BODY_GROUP] = self.people
-        return option
+def _for_people(eye: mujoco.MjvCamera) -> bool:
+    """Whether markers, ground and the observer's body are drawn, which the robot's camera never sees."""
+    return bool(eye.type == mujoco.mjtCamera.mjCAMERA_FREE.value)
 
 
 def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[View, ...]:
@@ -209,21 +195,22 @@ def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[Vi
     Returns
     -------
     tuple of View
-        The views in the order of drawing.
+        The views in the order of drawing: the whole picture, then the two insets: the
+        one that follows the observer, and its camera's.
     """
     own = mujoco.MjvCamera()
     own.type, own.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(f"{OBSERVER}/eye").id
     whole = 0, 0, width, height
     if view == "observer":
-        return (View(own, whole, people=False),)
+        return ((own, whole),)
     model.vis.global_.fovy = FOVY_DEG  # for free cameras; the robot's own camera has another
     arena = _whole_arena(ELEVATIONS_DEG[view], width / height)
     size = _inset_size(arena, width, height) if view == "arena" and width >= LEAST_INSET_WIDTH else None
     if size is None:
-        return (View(arena, whole),)
+        return ((arena, whole),)
     top = height - size[1]
-    close = View(_free_eye(CLOSE_ELEVATION_DEG, CLOSE_M), (0, top, *size), follows=True)
-    return View(arena, whole), close, View(own, (width - size[0], top, *size), people=False)
+    close = _free_eye(CLOSE_ELEVATION_DEG, CLOSE_M)
+    return (arena, whole), (close, (0, top, *size)), (own, (width - size[0], top, *size))
 
 
 def _free_eye(elevation_deg: float, distance: float) -> mujoco.MjvCamera:
@@ -329,9 +316,9 @@ def _add(
     return geom
 
 
-def _draw_frame(picture: Picture, inset: View) -> None:
+def _draw_frame(picture: Picture, rect: tuple[int, int, int, int]) -> None:
     """Draw a line around an inset into a picture (H, W, 3), top row first."""
-    left, bottom, width, height = inset.rect
+    left, bottom, width, height = rect
     top = picture.shape[0] - bottom - height
     cv2.rectangle(picture, (left, top), (left + width - 1, top + height - 1), (FRAME,) * 3)
 

@@ -67,10 +67,10 @@ def measure(folder: Path, fps: float, gain: float) -> Measured:
 
 
 def _noise(films: Sequence[Images], gain: float) -> Measured:
-    line = calibrate.photon_transfer([calibrate.noise_levels(frames) for frames in films])
+    shot_noise, read_noise = calibrate.photon_transfer([calibrate.noise_levels(frames) for frames in films], gain)
     share = max(map(calibrate.unsteadiness, films))
     doubt = f"greys drift or flicker, {share:.0%} of their variance: the noise is too large; take constant light"
-    values = {"shot_noise": f"{line.shot_noise(gain):.3f}", "read_noise": f"{line.read_noise(gain):.3f}"}
+    values = {"shot_noise": f"{shot_noise:.3f}", "read_noise": f"{read_noise:.3f}"}
     return {"gain": f"{gain:g}", **values}, [doubt] if share >= LEAST_SHARE else []
 
 
