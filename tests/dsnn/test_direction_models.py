@@ -5,8 +5,6 @@ import pytest
 
 from dsnn import (
     MODELS,
-    EMDNormalised,
-    EMDNormalisedParams,
     Flow,
     FlowParams,
     FrameError,
@@ -17,17 +15,6 @@ from dsnn import (
 )
 from dsnn.stimuli import stimulus
 from tests.dsnn.clips import SHAPE, approach, oblique, texture
-
-
-def test_blocked_pathways_sum_to_the_intact_model():
-    """And each gives 40 to 60 % of the peak (C4)."""
-    intact, on, off = (
-        MODELS[name].build(SHAPE, MODELS[name].robot).run(oblique())
-        for name in ("dsnn", "dsnn-off-blocked", "dsnn-on-blocked")
-    )
-    np.testing.assert_allclose(on.hs + off.hs, intact.hs, atol=1e-6)
-    np.testing.assert_allclose(on.vs + off.vs, intact.vs, atol=1e-6)
-    assert 0.4 < on.hs.max() / intact.hs.max() < 0.6
 
 
 def test_the_hybrid_s_looming_spikes_silence_the_others_for_the_time_of_its_gate():
@@ -53,17 +40,6 @@ def test_flow_is_in_px_per_frame(shift):
 def test_flow_refuses_images_that_would_crash_it(shape):
     with pytest.raises(FrameError, match="at least 32"):
         Flow(shape)
-
-
-def test_the_weight_of_contrast_is_that_of_its_square_without_normalisation():
-    """The control of the claim that a grating of a quarter of the contrast gives at least half of the potential."""
-    faint, full = (
-        stimulus("grating", rows=24, columns=36, contrast=contrast, period_px=12.0) for contrast in (0.2, 0.8)
-    )
-    for kappa, pool, least, most in ((10.0, 11, 0.5, 1.0), (255.0, 1, 0.0, 0.2)):
-        q = EMDNormalisedParams(kappa=kappa, pool=pool)
-        weak, strong = (EMDNormalised(clip.shape, q).run(f.luma for f in clip).hs.max() for clip in (faint, full))
-        assert least <= weak / strong <= most
 
 
 @pytest.mark.parametrize("quadrants", [2, 4])

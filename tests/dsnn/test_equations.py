@@ -408,17 +408,3 @@ def test_a_model_is_its_equations(name):
         rest = 0.5 if column == "looming" else 0.0
         np.testing.assert_allclose(getattr(series, column), expected, rtol=0, atol=atol, err_msg=column)
         assert column == "looming_spikes" or np.abs(expected - rest).max() > 20 * atol, "there is something to compare"
-
-
-@pytest.mark.parametrize("speed", [0.5, 1.0, 2.0, 3.0])
-def test_emd_tells_temporal_frequency_as_reichardt_s_does(speed):
-    """A drifting grating of wavelength w: A^2 sin(2 pi s / w) times the quadrature part of the delay's gain."""
-    wave, amplitude, columns = 12, 80.0, 96
-    q = EMDParams(log=False, tau_hp=0.0)
-    phase = 2 * np.pi * (np.arange(columns) - speed * np.arange(240)[:, None]) / wave
-    frames = np.repeat(128 + amplitude * np.sin(phase)[:, None], 40, axis=1)
-    alpha, turn = gain(q.tau_lp, q.fps), 2 * np.pi * speed / wave
-    response = alpha / (1 - (1 - alpha) * np.exp(-1j * turn))
-    expected = amplitude**2 * np.sin(2 * np.pi / wave) * -response.imag * (columns - 1) / columns
-    settled = EMD((40, columns), q).run(frames).hs[-120:] * 255**2  # whole periods at each speed
-    assert settled.mean() == pytest.approx(expected, rel=0.01)

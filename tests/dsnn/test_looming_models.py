@@ -10,14 +10,6 @@ from dsnn.stimuli import stimulus
 from tests.dsnn.clips import SHAPE, approach
 
 
-def test_lgmd2_prefers_dark_looming():
-    """To light approaching and dark receding objects, whose edges brighten, it hardly answers (Fu, Hu and Yue)."""
-    model = LGMD2(SHAPE)
-    preferred = model.run(approach()).looming_spikes.sum()
-    for other in (approach(dark=False), approach()[::-1]):
-        assert model.run(other).looming_spikes.sum() < preferred / 10
-
-
 def test_collision_after_enough_spikes():
     """In the approach it is announced near its end, and a reset takes it back."""
     model, count, seen = LGMD2(SHAPE), 0, []

@@ -109,19 +109,3 @@ def test_readings_of_la_differ_where_the_gaussians_differ_in_sign_alone():
     assert not la["common"][differ].any()
     np.testing.assert_allclose(la["centre"][differ], (centre - surround)[differ], atol=1e-3)
     np.testing.assert_allclose(la["centre"][alike], la["common"][alike], atol=1e-3)
-
-
-def test_presets_and_delays():
-    assert (DSNNParams.offline().t_sp, DSNNParams.robot().t_sp) == (0.16, 0.2)
-    assert DSNNParams.robot(n_con=4).n_con == 4
-    assert DSNNParams(n_con=3, tau_s=(10, 200)).delays() == (10, 105, 200)
-    assert DSNNParams(n_con=3, tau_s=(200, 10)).delays() == (200, 105, 10)
-    assert DSNNParams(n_con=1).delays() == (10,)
-
-
-def test_without_the_rectifier_hs_and_vs_saturate():
-    """The trailing side of each edge leaves a large negative F, and two negative values make a positive product."""
-    clip = crossing()
-    signed, plain = (DSNN(clip.shape[1:], DSNNParams(rectified=rectified)).run(clip) for rectified in (False, True))
-    assert min(np.abs(signed.hs).max(), np.abs(signed.vs).max()) > 0.99
-    assert max(np.abs(plain.hs).max(), np.abs(plain.vs).max()) < 0.5

@@ -135,9 +135,11 @@ def test_a_skipped_frame_is_as_a_step_of_its_own(name):
     fours.reset(seed=9)
     for action in ([0.2, 0.1], [0.0, 0.3]):
         infos = [once.step(action)[-1] for _ in range(4)]
-        _, _, terminated, _, info = fours.step(action)
+        _, reward, terminated, _, info = fours.step(action)
         assert not terminated and once.poses == fours.poses
-        for term in (key for key in info if key.startswith("reward_")):
+        terms = [key for key in info if key.startswith("reward_")]
+        assert len(terms) > 1 and reward == pytest.approx(sum(info[term] for term in terms))
+        for term in terms:
             assert info[term] == pytest.approx(np.mean([one[term] for one in infos]), abs=1e-12)
         assert info["driven_cm"] == pytest.approx(sum(one["driven_cm"] for one in infos), abs=1e-12)
     once.close()
