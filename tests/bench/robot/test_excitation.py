@@ -139,18 +139,6 @@ def test_the_trials_are_those_that_the_claims_are_judged_on(motion):
     assert dataclasses.replace(mechanism.settings, models=()) == dataclasses.replace(judged.settings, models=())
 
 
-def test_the_models_differ_in_what_they_say_and_in_nothing_else():
-    usual = NETWORKS[WHOLE].network
-    expected_changes = {
-        WHOLE: {}, BALANCED: {"w_i": 1.0},
-        EXCITED[0]: {"off": False, "w_i": 0.0}, EXCITED[1]: {"on": False, "w_i": 0.0},
-        OPPOSED[0]: {"off": False, "w_i": 1.0}, OPPOSED[1]: {"on": False, "w_i": 1.0},
-    }  # fmt: skip
-    assert {label: model.network for label, model in NETWORKS.items()} == {
-        label: dataclasses.replace(usual, **changes) for label, changes in expected_changes.items()
-    }
-
-
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     settings = {"experiment.angles_deg": [-30, 0], "experiment.speed_cm_s": 12}

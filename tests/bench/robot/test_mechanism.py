@@ -1,6 +1,5 @@
-"""Parts of a crossing, and variants of the network on the same frames."""
+"""Parts of a crossing: its time in view, near the axis, and in windows of one length."""
 
-import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -9,15 +8,9 @@ import polars as pl
 import pytest
 
 from colias_sim.config import CameraConfig
-from experiments.bench import registry
 from experiments.bench.run.models import choose
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.trial_rows import responses, windows
-from experiments.bench.stats.claim import claims_on
-from experiments.bench.trials import plan
-from experiments.claims.robot import CONNECTIONS, FALLING, FIXED, PER_CORRELATOR, VARIANTS, WIDER
-
-CLAIMS = claims_on("robot")
 
 CAMERA = CameraConfig()
 HALF_VIEW = math.tan(math.radians(CAMERA.hfov_deg / 2))
@@ -98,21 +91,3 @@ def test_an_approach_has_no_crossing_s_parts():
     parts = ("rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window", "spikes_in_inner_window")
     assert measured["spikes_in_view"] == 0, "never in view"
     assert [measured[name] for name in parts] == [None] * 5
-
-
-# --- the experiments --------------------------------------------------------------------------------------------------
-
-
-def test_the_variants_differ_in_what_they_say_and_in_nothing_else():
-    run_plan = plan(registry.load("ensembles"), registry.load("ensembles").models, (), 1, 0)
-    models = {model.label: model.network for model in run_plan.settings.models}
-    assert list(models) == ["dsnn", *VARIANTS]
-    usual = models["dsnn"]
-    assert (usual.n_con, usual.d, usual.tau_s) == (8, 1, (10.0, 200.0))
-    expected_changes = {
-        **{label: {"n_con": n} for n, label in CONNECTIONS.items()}, WIDER: {"d": 2}, FALLING: {"tau_s": (200.0, 10.0)},
-        **{label: {"tau_s": (float(delay), float(delay))} for delay, label in FIXED.items()},
-        **{label: {"n_con": n, "k_sig": 0.01 * n / 8} for n, label in PER_CORRELATOR.items()},
-    }  # fmt: skip
-    assert {label: dataclasses.replace(usual, **changes) for label, changes in expected_changes.items()} == models
-    assert all(len(set(models[label].delays())) == 1 for label in FIXED.values())

@@ -52,16 +52,6 @@ def test_achieved_speed_and_path_of_a_crossing(direction, speed, distance):
     assert result.closest_cm == pytest.approx(distance, abs=1.2), "the errors of the start pose, carried along"
 
 
-def test_a_crossing_starts_and_ends_outside_the_view():
-    """Less than the noise tells its first and last frames from one another's background."""
-    quiet = CameraConfig(shot_noise=0, read_noise=0)
-    result = Played(spec(camera=quiet), maps=True)
-    frames = result.media.images[""].astype(int)
-    assert np.abs(frames[0] - frames[-1]).max() <= 2
-    assert np.abs(frames[0] - frames[len(frames) // 2]).max() > 150
-    assert result.columns.stimulus_bearing_deg[0] < -35 < 35 < result.columns.stimulus_bearing_deg[-1]
-
-
 def test_the_response_is_the_model_s_on_the_recorded_frames():
     """What the recording shows is what the network saw: a fresh model on those frames answers the same."""
     result = Played(spec(), maps=True)
@@ -161,7 +151,7 @@ def test_the_observer_moves_as_told():
 
 
 @pytest.mark.parametrize("direction", ["rightward", "leftward"])
-@pytest.mark.parametrize(("drive", "turn"), [(0.0, -5.0), (0.0, 5.0), (0.0, 20.0), (-1.0, 0.0), (2.0, 0.0)])
+@pytest.mark.parametrize(("drive", "turn"), [(0.0, 0.0), (0.0, -5.0), (0.0, 5.0), (0.0, 20.0), (-1.0, 0.0), (2.0, 0.0)])
 def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, drive, turn):
     """By the poses that physics gives: the stimulus's whole disc beyond the edge of the view, on the right sides."""
     sign = 1.0 if direction == "rightward" else -1.0
@@ -186,16 +176,6 @@ def test_turning_with_the_stimulus_is_refused():
     condition = Condition("translation", "rightward", 6.0, 8.0, observer_turn_deg_s=-20.0)
     with pytest.raises(ValueError, match=r"turn of -20 degrees/s keeps a stimulus of 6 cm/s in view"):
         course.nominal(condition, settings())
-
-
-def test_without_a_stimulus_in_view_noise_alone_fires_nothing():
-    """The margin between camera noise and threshold: 40 frames of background stay below a tenth of T."""
-    model = DSNN((72, 99), DSNNParams.robot())
-    with Simulation() as sim:
-        sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, np.random.default_rng(0))
-        rng = np.random.default_rng(1)
-        hs = [model.step(sim.step(rng).luma).hs for _ in range(40)]
-    assert np.abs(hs).max() < 0.02
 
 
 def test_light_and_wall_vary_with_the_seed_and_switch_off():
