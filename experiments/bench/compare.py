@@ -31,7 +31,8 @@ def compare(
     """Return the parameters in which two runs differ, and tests of their spikes on equal trials.
 
     Equal trials have the same seed and the same condition: runs of one experiment and one seed under other settings
-    have them all. Models are paired by label; where the runs share none and each has one model, these two are paired.
+    have them all. Models are paired by label; where the runs share none and each has one model, these two are paired. A
+    label does not tell what ``--set`` changed: ``parameters`` does.
 
     Parameters
     ----------

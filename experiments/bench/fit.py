@@ -396,7 +396,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
              f" {counted} replicates that it never saw",
              f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
              " the box",
-             f"luck of the search: {luck:.4g}; its fresh seeds were looked at {looks} times"]  # fmt: skip
+             f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip
     fitted = Fitted(pl.concat([found, filled]), rows, winner, word, share, luck, importance(search), looks, lines,
                     failures)  # fmt: skip
     files = Files(out)

@@ -49,7 +49,7 @@ def show(run: Run) -> None:
     if rows and not clips and run.comparisons.height:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
-        title = f"\nmodels on the same frames ({run.comparisons['test'][0]}; p after Holm)"
+        title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
         terminal.show(run.comparisons.select(columns), title)
     if rows and not clips and (beware := flaws(run.trials.to_dicts())):
         out_console.print(f"\nbeware: {beware}", style="red")

@@ -38,9 +38,9 @@ def watch(
 ) -> int:
     """Show a video, a camera, pictures or a stimulus to models, a step a frame, and say when what moved which way.
 
-    The command's own model is dsnn. Models see 320 px along the longer side, or --size. A file is taken as fast as it
-    decodes. Thresholds are the paper's off-line ones, which belong to 30 steps a second: responses grow with the square
-    of the rate, so --fps changes what passes them.
+    The command's own model is dsnn. Models see 320 px along the longer side, of a stimulus its own size, or --size. A
+    file is taken as fast as it decodes. Thresholds are the paper's off-line ones, which belong to 30 steps a second:
+    responses grow with the square of the rate, so --fps changes what passes them.
     Exit status: 1 if a film ended early or a model failed, 130 if interrupted; what was seen until then is in the
     folder.
     """

@@ -159,7 +159,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
     ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
     cells = style.by(table, "model", "clip", "time").agg(ends)
-    bands = -(-len(clips) // {1: 4, 2: 8, 3: 8}.get(len(models), ACROSS))
+    bands = -(-len(clips) // (6 if len(models) <= 3 else ACROSS))
     across, drawn = -(-len(clips) // bands), _page(bands * len(models), 0.95, 1.3)
     panels = drawn.subplots(bands * len(models), across, squeeze=False, sharey="row")
     for axes in panels.flat:
@@ -174,7 +174,8 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             axes.margins(y=0.15)
             axes.locator_params(nbins=3)
             axes.tick_params(labelbottom=row == len(models) - 1)
-            style.threshold(axes, level, signed=shown != ["looming"], name="" if place else f"{level or 0.0:.3g}")
+            name = f"{level or 0.0:.3g}" if place % across == across - 1 else ""
+            style.threshold(axes, level, signed=shown != ["looming"], name=name, outside=True)
             cell = of_model.filter(clip=clip)
             for name in shown if len(cell) else ():
                 label, colour = CHANNELS[name]
@@ -186,7 +187,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
                 axes.set_title(style.wrapped(clip, inches, small), fontsize=small)
             if place % across == 0:
                 style.row_name(axes, model)
-                axes.set_xlabel("time (s)" if row == len(models) - 1 else "")
+            axes.set_xlabel("time (s)" if row == len(models) - 1 else "", fontsize=style.SMALL)
     drawn.legend(keys.values(), keys, loc="outside lower right", ncols=len(keys), frameon=False, labelcolor="linecolor",
                  fontsize=style.SMALL)  # fmt: skip
     drawn.supylabel("potential", fontsize=style.BODY)

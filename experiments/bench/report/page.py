@@ -39,13 +39,11 @@ SIGNS: Mapping[Kind, str] = MappingProxyType({
     "unjudged": "\N{EN DASH}",
 })  # fmt: skip
 """Kind -> the sign that stands before it: colour alone tells no verdict."""
-PHRASES: Mapping[Kind, tuple[str, str, str]] = MappingProxyType({
-    "holds": ("holds", "hold", "held in every replicate judged"),
-    "sometimes": ("holds sometimes", "hold sometimes", "held in some"),
-    "fails": ("fails", "fail", "failed in every replicate judged"),
-    "unjudged": ("was not judged", "were not judged", "not judged"),
+PHRASES: Mapping[Kind, tuple[str, str]] = MappingProxyType({
+    "holds": ("holds", "hold"), "sometimes": ("holds in some", "hold in some"), "fails": ("fails", "fail"),
+    "unjudged": ("is not judged", "are not judged"),
 })  # fmt: skip
-"""Kind -> a phrase about one claim, about several, and where there are too few replicates for words."""
+"""Kind -> a phrase about one claim, and about several."""
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
@@ -179,7 +177,7 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
     >>> totals([("C1", Count(40)), ("C2", Count(0, 40))])
     ['1 of 2 claims holds', '1 fails: C2']
     >>> totals([("C1", Count(1, random=False)), ("C3", Count(5)), ("C4", Count(2, 3))])
-    ['2 of 3 claims held in every replicate judged', '1 held in some: C4']
+    ['2 of 3 claims hold in every replicate judged', '1 holds in some: C4']
     """
     pairs = list(counts)
     few = any(counted.kind == "counted" for _, counted in pairs)
@@ -191,7 +189,8 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
     phrases: list[str] = []
     for kind, claims in found.items():
         of = "" if phrases else f" of {len(pairs)} claim{'s' * (len(pairs) != 1)}"
+        every = " in every replicate judged" if few and kind in ("holds", "fails") else ""
         named = "" if kind == "holds" else f": {', '.join(claims)}"
         if claims:
-            phrases.append(f"{len(claims)}{of} {PHRASES[kind][2 if few else len(claims) > 1]}{named}")
+            phrases.append(f"{len(claims)}{of} {PHRASES[kind][len(claims) > 1]}{every}{named}")
     return phrases

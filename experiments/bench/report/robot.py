@@ -250,18 +250,21 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
                          width_ratios=[2.9, 4.2])  # fmt: skip
     table = frames.join(rows.select("trial", "model", "level", "other"), on=["trial", "model"], maintain_order="left")
     lines = [resampled(table.filter(model=model), column, potentials.get(model, "hs")) for model in models]
+    marks: list[Any] = []
     for (counts, traces), model, of in zip(grid, models, lines, strict=True):
         _points(counts, rows.filter(model=model), COUNT)
         _traces(traces, of, varies)
         low, high, level = traces.dataLim.y0, traces.dataLim.y1, thresholds.get(model)
-        name = f"{'threshold ' * (model == models[0])}{level or 0.0:.3g}"
-        style.threshold(traces, level, signed=low < -0.3 * high, name=name, most=1.5 * max(high, -low))
+        most, named = 1.5 * max(high, -low), f"{'threshold ' * (model == models[0])}{level or 0.0:.3g}"
+        marked = model == models[0] and level is not None and level <= most  # then its name is among those of the lines
+        style.threshold(traces, level, signed=low < -0.3 * high, name="" if marked else named, most=most, outside=True)
+        marks += [(level, named, style.GREY)] if marked else []
     grid[-1, 0].set_xlabel(axis(varies))
     grid[-1, 1].set_xlabel(label)
     _caption(figure, title, rows, varies, TRACES)
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
     right = grid[0, 1].get_xlim()[1]
-    style.label_ends(grid[0, 1], [(right, *peak) for peak in _peaks(lines[0], varies)])
+    style.label_ends(grid[0, 1], [(right, *mark) for mark in (*marks, *_peaks(lines[0], varies))])
     return figure
 
 

@@ -188,19 +188,21 @@ def row_name(axes: Axes, name: str) -> None:
 
 
 def threshold(
-    axes: Axes, level: float | None, *, signed: bool = False, name: str = "threshold", most: float = math.inf
-) -> None:
+    axes: Axes, level: float | None, *, signed: bool = False, name: str = "threshold", most: float = math.inf,
+    outside: bool = False,
+) -> None:  # fmt: skip
     """Draw a threshold with its name below the line, of either sign where the potential is ``signed``; ``None``: none.
 
-    One above ``most`` is named and not drawn, so that the axis fits the data.
+    One above ``most`` is named and not drawn, so that the axis fits the data. A name ``outside`` is right of the axes.
     """
     if level is None:
         return
     for sign in () if level > most else (1, -1) if signed else (1,):
         axes.axhline(sign * level, color=GREY, ls="--", lw=0.8, zorder=1)
     text, place, unit = (f"{name} is above", 1.0, "axes fraction") if level > most else (name, level, "data")
-    axes.annotate(text if name else "", (0.0, place), (2.0, -2.0), ("axes fraction", unit), "offset points", va="top",
-                  fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO, in_layout=False)  # fmt: skip
+    x, offset, va = (1.0, (3.0, 0.0), "center") if outside and level <= most else (0.0, (2.0, -2.0), "top")
+    axes.annotate(text if name else "", (x, place), offset, ("axes fraction", unit), "offset points", va=va,
+                  fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO, in_layout=outside)  # fmt: skip
 
 
 def decades(axes: Axes, values: npt.ArrayLike) -> None:

@@ -32,8 +32,8 @@ def draw(result: Any) -> Figure:
     named = bool(result.counts.height) and (not plan.axes or bool(plan.study.axes))
     with style.look():
         figure = _table(result) if named else _panels(result)
-        style.headline(figure, style.sentence(plan.study.summary))
-        what = f"{style.sentence(plan.study.name)}: n = {plan.study.replicates}, from seed {plan.seed}."
+        style.headline(figure, finding(_cells(result)))
+        what = f"{style.sentence(plan.study.summary)}: n = {plan.study.replicates}, from seed {plan.seed}."
         symbols = "k/n: holds in k of n (h: the DSNN's half); hatched: not judged; whiskers: 95 % interval, or range."
         style.caption(figure, f"{symbols} {what}")
     return figure
@@ -49,6 +49,25 @@ def shown(row: Mapping[str, Any]) -> tuple[float, str]:
     if not half.judged:
         return math.nan, "-"
     return half.holds / counted.replicates, f"{half.holds}/{counted.replicates}{'h' if counted.half else ''}"
+
+
+def finding(cells: pl.DataFrame) -> str:
+    """Return in how many cells of a sweep claims hold in every replicate, and from where to where its measures reach.
+
+    ``cells`` has a row for each point, model, claim and measure: ``what``, whether it is ``judged``, its ``value``. Of
+    a grid that judges several claims their row together counts.
+    """
+    claims, phrases = cells.filter("judged"), []
+    claims = claims if (whole := claims.filter(what=TOGETHER)).is_empty() else whole
+    if not claims.is_empty():
+        names, lost = list(claims["what"].unique()), claims["value"].is_nan().sum()
+        who = "all claims hold" if TOGETHER in names else "claims hold" if len(names) > 1 else f"{names[0]} holds"
+        phrases.append(f"{who} in every replicate in {(claims['value'] == 1.0).sum()} of {len(claims)} cells")
+        phrases += [f"{lost} not judged"] * bool(lost)
+    measures = cells.filter(~pl.col("judged")).drop_nulls("value")
+    for (name,), of in style.by(measures.with_columns(pl.col("what").str.split(":").list.first()), "what"):
+        phrases.append(f"{name} from {of['value'].min():.3g} to {of['value'].max():.3g}")
+    return style.sentence(", ".join(phrases)) or "Nothing was measured"
 
 
 def _cells(result: Any) -> pl.DataFrame:
@@ -133,7 +152,12 @@ def show(result: Any, folder: Path) -> None:
     """Print a sweep: a row for each point and model, at how many points each claim holds, and where its files are."""
     plan = result.plan
     wide = _cells(result).pivot("what", index=[*plan.axes, "model"], values="text", maintain_order=True)
-    terminal.show(wide, f"Claims: in how many of {plan.study.replicates} replicates they hold" if plan.claims else "")
+    replicates = terminal.count(plan.study.replicates, "replicate")
+    terminal.show(wide, f"Claims: in how many of {replicates} they hold; -: not judged" if plan.claims else "")
+    unjudged = {key[2]: outcomes[0].deciding for key, outcomes in result.outcomes.items()
+                if not any(one.judged or one.verdict == "unknown constants" for one in outcomes)}  # fmt: skip
+    for claim in sorted(unjudged.keys() - {TOGETHER}):
+        terminal.out_console.print(f"{claim} not judged: {unjudged[claim]}")
     for title, further in result.tables.items():
         terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
     terminal.show_places({"figure": folder / f"{plan.study.name}.png", "table": folder / "counts.csv"})

@@ -94,7 +94,7 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
         counted = verdict.count
         who = f" ({verdict.model})" if model and verdict.model else ""
         origin = f" [{provenance}]" if provenance else ""
-        held = f"; {counted.sentence()}" if counted.judged else ""
+        held = f"; {counted.sentence()}".removeprefix(f"; {counted.word}") if counted.judged else ""
         told = f"{title_of(verdict)}{held}; {verdict.outcome.deciding}"
         if verdict.equal is not None and verdict.outcome.equal is not None:
             told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"

@@ -51,6 +51,8 @@ LINES = {"hs": ("-", "line"), "vs": (":", "dotted"), "looming": ("--", "dashed")
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
 OBSERVER, OTHER = "#2e7850", "#191919"
 CHANGE = "change"
+ACTIVE = 0.05
+"""Share of a response's peak over which the stimulus is taken to be in view."""
 
 
 @dataclass(slots=True)
@@ -399,10 +401,16 @@ def make(
 
 
 def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None) -> None:
-    """Write a strip as a PNG file: ``count`` moments side by side, and below them the traces with a line at each."""
+    """Write a strip as a PNG file: ``count`` moments side by side, and below them the traces with a line at each.
+
+    The moments are spread between the first response and the last; over the whole recording where no model responds.
+    """
     kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
     size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
-    moments = np.linspace(reel.time_s[0], reel.time_s[-1], count).tolist()
+    moving = [time_s[np.abs(values) > ACTIVE * np.abs(values).max()]
+              for channels in reel.values.values() for time_s, values in channels.values()]  # fmt: skip
+    shown = np.concatenate([*moving, [] if any(map(len, moving)) else reel.time_s[[0, -1]]])
+    moments = np.linspace(shown.min(), shown.max(), count + 2)[1:-1].tolist()
     picture = Canvas(reel, size, moments).strip(moments, list(_seen(reel, moments)))
     with replacing(out) as partial:
         partial.write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())

@@ -79,7 +79,9 @@ def _row_time(films: Sequence[Images], fps: float) -> Measured:
     if not pairs:
         raise calibrate.CalibrationError("no two frames one after the other show the object whole")
     leans, speeds = zip(*pairs, strict=True)
-    return {"row_time_us": f"{max(calibrate.row_time_us(leans, speeds), 0.0):.0f}"}, []
+    measured = calibrate.row_time_us(leans, speeds)
+    doubt = f"measured {measured:.0f} us a row: rows that are read from the top down cannot lean so; 0 is taken"
+    return {"row_time_us": f"{max(measured, 0.0):.0f}"}, [doubt] if measured < 0.0 else []
 
 
 def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:

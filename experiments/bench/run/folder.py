@@ -123,7 +123,7 @@ class RunFolder(Files):
             The folder holds a run with other parameters, or an unfinished one of other code; the line names the first
             that differs. Or another process is writing there.
         """
-        self.recordings.mkdir(parents=True, exist_ok=True)
+        self.folder.mkdir(parents=True, exist_ok=True)
         try:
             self._lock.acquire()
         except Timeout:
@@ -161,7 +161,8 @@ class RunFolder(Files):
         return frozenset(self._done)
 
     def recording(self, trial: int) -> Path:
-        """Path of a trial's recording."""
+        """Path of a trial's recording, whose folder is made."""
+        self.recordings.mkdir(exist_ok=True)
         return self.recordings / recording_name(trial)
 
     def add(self, trial: TrialRecord, condition: str, seed: int) -> None:

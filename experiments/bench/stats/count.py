@@ -144,9 +144,9 @@ class Count:
         Examples
         --------
         >>> Count(17, 2, {"not shown": 1}).sentence()
-        'held in 17 of 19 replicates; not judged in 1: what it needs was not shown'
+        'holds in 17 of 19 replicates; not judged in 1: what it needs was not shown'
         >>> Count(1, random=False).sentence()
-        'held; nothing in it is random'
+        'holds; nothing in it is random'
         """
         reasons = [f"not judged in {number}: {REASONS[reason]}" for reason, number in self.unjudged.items()]
         if self.half is not None:
@@ -156,10 +156,10 @@ class Count:
             whole = "not judged" if self.replicates == 1 else f"not judged in any of {self.replicates} {name}s"
             return "; ".join([whole, *(REASONS[reason] for reason in self.unjudged)])
         if self.random and self.replicates > 1:
-            first = f"{'held' if self.holds else 'failed'} in {self.holds or self.fails} of {self.judged} {name}"
+            first = f"{'holds' if self.holds else 'fails'} in {self.holds or self.fails} of {self.judged} {name}"
             first += "s" * (self.judged != 1)
         else:
-            first = f"{'failed' if self.fails else 'held'}{'' if self.random else '; nothing in it is random'}"
+            first = f"{'fails' if self.fails else 'holds'}{'' if self.random else '; nothing in it is random'}"
         return "; ".join([first, *reasons])
 
     def __str__(self) -> str:

@@ -60,7 +60,7 @@ def test_a_claim_about_unknown_constants_has_the_word_of_the_dsnns_half_where_th
     tally = Count(0, failed, {"unknown constants": held})
     assert tally.word == word and tally.half.label == half and (tally.half.holds, tally.half.fails) == (held, failed)
     assert tally.kind == (word or "unjudged") and (tally.label == "not judged") == (not word)
-    assert f"the DSNN's half held in {held} of {held + failed} replicates" in tally.sentence()
+    assert f"the DSNN's half holds in {held} of {held + failed} replicates" in tally.sentence()
     (phrase,) = [text for text in totals([("C26", tally)]) if "C26" in text]
     assert f"C26 (the DSNN's half: {half})" in phrase or word == "fails"
     assert Count(0, failed or 1).half is None and Count(3, unjudged={"not shown": 1}).half is None
