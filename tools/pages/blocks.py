@@ -14,14 +14,9 @@ _TITLE = re.compile(r"^```(?P<language>\w+) title=(?P<title>[\w.]+)$", re.MULTIL
 _COMMENT = re.compile(r"^<!-- (?:test: [^\n]*?|measured: [^\n]*?|end of measured) -->\n", re.MULTILINE)
 
 
-def rewritten(text: str) -> str:
-    """Return a page's text with captions and without the comments for the tests."""
-    text = _TITLE.sub(r"```{code-block} \g<language>\n:caption: \g<title>\n", text)
-    return _COMMENT.sub("", text)
-
-
 def _on_source_read(app: Sphinx, name: str, source: list[str]) -> None:
-    source[0] = rewritten(source[0])
+    text = _TITLE.sub(r"```{code-block} \g<language>\n:caption: \g<title>\n", source[0])
+    source[0] = _COMMENT.sub("", text)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -9,16 +9,12 @@ from typing import Any
 
 import cv2
 import gymnasium as gym
-import numpy as np
 from gymnasium.envs.registration import load_env_creator
 
 from colias_sim import envs
 from colias_sim.envs import ENVS, FACTORS
 from experiments.behaviours import BEHAVIOURS
 from tools.pages import markdown
-
-STEPS, AHEAD = 20, 0.3
-"""Until the picture is taken, and the speed of both wheels."""
 
 
 def write(folder: Path) -> None:
@@ -46,7 +42,7 @@ def _parts(folder: Path, name: str) -> list[str]:
         f"## {title}\n",
         f"{markdown.sentence(entry.summary)} `gymnasium.make(\"{name}\")` makes it.\n",
         markdown.picture(f"{title}.png", f"The arena of {title}, the observer from near, and what its camera sees",
-                         f"`render()` {STEPS} steps after `reset(seed=0)`, with both wheels at {AHEAD:g}."),
+                         "`render()` after `reset(seed=0)`."),
         # Links to the env's class lead here.
         f":::{{py:class}} {entry.entry_point.replace(':', '.')}(**arguments)\n"
         "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods.\n:::\n",
@@ -58,10 +54,7 @@ def _parts(folder: Path, name: str) -> list[str]:
 
 
 def _draw(name: str, path: Path) -> None:
-    env = gym.make(name, observation="pixels", render_mode="rgb_array", render_width=640, render_height=480)
+    env: Any = gym.make(name, observation="pixels", render_mode="rgb_array", render_width=640, render_height=480)
     env.reset(seed=0)
-    for _ in range(STEPS):
-        env.step(np.full(2, AHEAD, np.float32))
-    picture = env.render()
+    cv2.imwrite(str(path), cv2.cvtColor(env.render(), cv2.COLOR_RGB2BGR))
     env.close()
-    cv2.imwrite(str(path), cv2.cvtColor(np.asarray(picture, np.uint8), cv2.COLOR_RGB2BGR))

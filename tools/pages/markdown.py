@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -33,11 +32,10 @@ def picture(file: str, text: str, caption: str) -> str:
 
 
 def autodoc(thing: Any, module: str = "") -> str:
-    """Return the docstring of a class or function as autodoc shows it. Links lead to its page of the API, if any."""
-    kind = "class" if inspect.isclass(thing) else "function"
+    """Return the docstring of a class as autodoc shows it. Links lead to its page of the API, if any."""
     signature = "(**parameters)" if hasattr(thing, "__pydantic_fields__") else ""  # the docstring lists them
     name = f"{module or thing.__module__}.{thing.__qualname__}{signature}"
-    return f"```{{eval-rst}}\n.. auto{kind}:: {name}\n   :no-index:\n```\n"
+    return f"```{{eval-rst}}\n.. autoclass:: {name}\n   :no-index:\n```\n"
 
 
 def write(path: Path, *parts: str) -> None:

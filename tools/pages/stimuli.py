@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +21,12 @@ def write(folder: Path) -> None:
     for name, entry in STIMULI.items():
         with style.look():
             _drawn(entry).savefig(folder / f"{name}.png", dpi=markdown.DPI)
-        documented = [type(entry.params), *([entry.build] if inspect.isclass(entry.build) else [])]
         parts += [
             f"## {name}\n\n{markdown.sentence(entry.summary)}\n",
             markdown.picture(f"{name}.png", f"Five frames of the stimulus {name}, and a slice through space and time",
                              "Five frames from the first that moves to the last. Below, the middle row, one frame below"
                              " the other."),
-            *map(markdown.autodoc, documented),
+            *map(markdown.autodoc, (type(entry.params), entry.build)),
         ]  # fmt: skip
     markdown.write(
         folder / "index.md",
