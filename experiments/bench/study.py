@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.grid import Levels
-from experiments.bench.run.errors import UsageError, check_name, of_one
+from experiments.bench.run.errors import UsageError, check_name
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, declares, is_file
 from experiments.bench.stats.claim import Claim
@@ -162,7 +162,7 @@ def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
     for name in fields:
         values = getattr(declaration, name)
         if isinstance(values, str):
-            raise UsageError(f"{where}: {name} must be a tuple, got {values!r}{of_one(values)}")
+            raise UsageError(f"{where}: {name} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
         object.__setattr__(declaration, name, tuple(values))
 
 

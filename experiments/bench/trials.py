@@ -23,7 +23,7 @@ from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources
-from experiments.bench.run.settings import Parameter, applied, changed, check_counts, collect, described
+from experiments.bench.run.settings import applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.sources import course
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
@@ -224,7 +224,7 @@ def both(plan: Plan) -> Plan:
     return dataclasses.replace(plan, settings=dataclasses.replace(settings, models=(*settings.models, *more)))
 
 
-def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[Parameter]:
+def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[dict[str, str]]:
     """Every key that ``--set`` takes for an experiment, with its present value."""
     return described(sections(experiment, models))
 

@@ -79,20 +79,19 @@ def plan(
     labels = shown_models(["dsnn"], models, only)
     entry = find_stimulus(source) if source in STIMULI or source.endswith(".py") else None
     sections = {entry.name: entry.params} if entry else {}
-    listed = f"colias list parameters {source}, colias list parameters" if entry else "colias list parameters"
     clip = None
     if entry:
         clip = clip_of(entry, [text for text in texts if text.partition(".")[0] == entry.name], jitter_px)
     elif seed or jitter_px:
         raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
     shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed) if clip else None)
-    chosen, _ = watchers(labels, texts, sections, listed, fps=fps)
+    chosen, _ = watchers(labels, texts, sections, fps)
     return Trial("watch", 0, 0, seed, shown, chosen)
 
 
 def clip_of(entry: StimulusEntry, texts: Sequence[str], jitter_px: float) -> Clip:
     """Return a stimulus with ``NAME.PARAM=VALUE`` set, before a trembling camera; `UsageError` if not legal."""
-    changes = collect(texts, {entry.name: entry.params}, f"colias list parameters {entry.name}")
+    changes = collect(texts, {entry.name: entry.params})
     params = changed(entry.name, entry.params, changes.get(entry.name, {}))
     try:
         return Clip(entry.name, replace(entry, params=params), (), jitter_px)
@@ -157,20 +156,31 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
         yield Recorder(trial.models)
         return
     os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")  # a viewer that was closed is not missed
-    from experiments.bench.run import record as rerun
+    import rerun as rr
 
-    url = viewer.opened("the Rerun viewer did not open on this screen: give --no-view") if view else None
-    stream = rerun.stream(content_of(trial.models), trial.condition.label(), part(file) if file else None, url)
+    from experiments.bench.run import record
+
+    content = content_of(trial.models)
+    sinks: list[Any] = [rr.FileSink(part(file))] if file else []
+    if view:
+        sinks.append(rr.GrpcSink(viewer.opened("the Rerun viewer did not open on this screen: give --no-view")))
+    stream = rr.RecordingStream(record.APPLICATION)
+    stream.set_sinks(*sinks, default_blueprint=record.page(record.views(content)))
+    stream.send_recording_name(trial.condition.label())
+    stream.send_chunks(record.static(content))
     recorder = Recorder(trial.models, stream, EVERY_S if view else math.inf)
     try:
         yield recorder
         recorder.send()
     finally:
-        trouble = rerun.end(stream, 5.0 if view else math.inf)
+        try:
+            stream.flush(timeout_sec=5.0 if view else math.inf)
+        except RuntimeError as error:
+            error_console.print(f"note: not everything was shown or recorded: {error}")
+        stream.disconnect()
+        rr.init(record.APPLICATION, init_logging=False)  # or the stream's threads stay: see `record.write`
         if file is not None:
             part(file).replace(file)
-    if trouble:
-        error_console.print(f"note: not everything was shown or recorded: {trouble}")
 
 
 def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> Run:

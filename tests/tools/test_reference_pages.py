@@ -77,8 +77,8 @@ ENDINGS = {"tau": "ms", "_px": "px", "_deg": "degrees", "_hz": "Hz", "duration_s
 )  # fmt: skip
 def test_units_are_those_that_names_promise(values):
     for row in described({"section": values}):
-        name = row.key.partition(".")[2]
+        name = row["key"].partition(".")[2]
         for mark, unit in ENDINGS.items():
             if name.startswith(mark) or name.endswith(mark):
-                assert row.unit == unit, row
-        assert not (row.unit and row.value in ("true", "false")), row
+                assert row["unit"] == unit, row
+        assert not (row["unit"] and row["value"] in ("true", "false")), row

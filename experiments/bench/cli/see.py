@@ -7,14 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from experiments.bench.cli import options
-
-if TYPE_CHECKING:
-    from experiments.bench.run.settings import Parameter
 
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
@@ -249,7 +246,7 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
 
     if name in STIMULI or (is_file(name) and declares(Path(name), "STIMULUS")):
         entry = find_stimulus(name)
-        rows: Iterable[Parameter] = described({entry.name: entry.params})
+        rows: Iterable[dict[str, str]] = described({entry.name: entry.params})
     elif name == "firmware":
         from experiments.bench.robot_side import firmware
 
@@ -258,10 +255,10 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
         declared = registry.load(name)
         rows = parameters(declared, shown_models(declared.models, models, only))
     for row in rows:
-        notes = "; ".join(filter(None, (row.legal, row.unit and f"in {row.unit}")))
+        notes = "; ".join(filter(None, (row["legal"], row["unit"] and f"in {row['unit']}")))
         legal = f"  ({notes})" if notes else ""
-        out_console.print(Text.assemble(f"{row.key}=", (row.value, "b"), (legal, "dim")))
-        out_console.print(f"    {row.description}")
+        out_console.print(Text.assemble(f"{row['key']}=", (row["value"], "b"), (legal, "dim")))
+        out_console.print(f"    {row['description']}")
     return 0
 
 

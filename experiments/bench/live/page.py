@@ -115,9 +115,9 @@ class Page:
         """Add the control of a parameter, by its field's range and unit; none of a text, which may name a file."""
         gui, value = self.server.gui, holder()
         schema, now = schema_of(value, name), getattr(value, name, None)
-        field = next(field for field in described({section: value}) if field.key == f"{section}.{name}")
-        label = f"{name}, {field.unit}" if field.unit else name
-        hint = f"{field.description}; {field.legal}; here: {field.value or 'none'}"
+        field = next(field for field in described({section: value}) if field["key"] == f"{section}.{name}")
+        label = f"{name}, {field['unit']}" if field["unit"] else name
+        hint = f"{field['description']}; {field['legal']}; here: {field['value'] or 'none'}"
         present: Callable[[], Any] = lambda: getattr(holder(), name)  # noqa: E731
         handle: Any
         if "enum" in schema:

@@ -7,6 +7,7 @@ that a recording may be long.
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,7 +30,7 @@ from experiments.bench.report.recordings import CAMERA, chunks, pictures_of, tim
 from experiments.bench.report.style import look
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import replacing
-from experiments.bench.run.record import OFF, ON, STILL, channel_title, model_part
+from experiments.bench.run.record import OFF, ON, STILL, channel_title
 from scenes import ARENA_RADIUS_CM
 from scenes.hints import nearest
 
@@ -431,3 +432,11 @@ def _flat(batch: pa.RecordBatch, column: str) -> Floats:
         values = values.flatten()
     flat: Floats = values.to_numpy(zero_copy_only=False).astype(np.float64)
     return flat
+
+
+def model_part(entity: str) -> tuple[str, str] | None:
+    """Return the model whose responses an entity has, and what of them; ``None`` of any other entity."""
+    parts = re.findall(r"(?:\\.|[^/])+", entity)
+    if len(parts) < 3 or parts[0] != "models":
+        return None
+    return re.sub(r"\\(.)", r"\1", parts[1]), "/".join(parts[2:])

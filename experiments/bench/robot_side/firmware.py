@@ -49,7 +49,6 @@ Frames = npt.NDArray[np.uint8]
 
 
 MODEL, CHIP = "dsnn-onboard", "chip"
-LISTED_BY = "colias list parameters firmware"
 CYCLES = 1.3, 1.6
 """Fewest and most cycles of an instruction: an assumption, until a board has measured them."""
 
@@ -99,7 +98,7 @@ def sections() -> dict[str, Any]:
 def program(assignments: Iterable[str]) -> Program:
     """Return a program with ``SECTION.NAME=VALUE`` texts applied; `UsageError` for what is not legal."""
     values = sections()
-    collected = collect(assignments, values, LISTED_BY)
+    collected = collect(assignments, values)
     network, chip = (changed(name, value, collected.get(name, {})) for name, value in values.items())
     return network, chip
 

@@ -62,6 +62,10 @@ ROBOT, SIMULATION = "robot", "simulation"
 UNKNOWN = ("achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "closest_cm",
            "seconds_in_view")  # fmt: skip
 """Columns of ``trials.parquet`` of which a robot's log knows nothing; of the last two with a tracker it does."""
+MEASURED = "measured", "frames measured, network simulated"
+"""Where the rows of the robot's own network come from, and those of a model that was shown the robot's frames."""
+LOG_OF_SIMULATION = "log of a simulated run", "frames from the log of a simulated run"
+"""The same of a log that ``colias firmware log`` wrote: nothing of it was measured."""
 RATE_TOLERANCE = 0.001
 """Share by which a log's frame rate may differ from the camera's setting and still be taken for it."""
 PICTURES = (".pgm", ".png")
@@ -368,10 +372,8 @@ def plan(
     again = [by_text[text] for text in models]
     shown = [dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES if model.label in of_model else ''}")
              for model in again]  # fmt: skip
-    words = of_rows.MEASURED, of_rows.FRAMES_MEASURED
-    if SIMULATION in table["origin"]:
-        words = of_rows.LOG_OF_SIMULATION, of_rows.FRAMES_OF_SIMULATION
-    origins = {**dict.fromkeys(playing, words[0]), **{model.label: words[1] for model in shown}}
+    its_own, replayed = LOG_OF_SIMULATION if SIMULATION in table["origin"] else MEASURED
+    origins = {**dict.fromkeys(playing, its_own), **{model.label: replayed for model in shown}}
     repeats: Counter[Any] = Counter()
     trials = []
     for (index,), rows in sorted(table.partition_by("trial", as_dict=True).items()):

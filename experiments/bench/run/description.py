@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -116,45 +116,31 @@ def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[tuple
 
     Of runs of two experiments, only that is returned; of models those that both runs have.
     """
-    shared = _models(there).keys() & _models(here).keys()
-    before, after = (dict(_parameters(description, shared)) for description in (there, here))
+    before, after = (dict(_parameters(description, "")) for description in (there, here))
     names = [name for name in before | after if before.get(name) != after.get(name)]
     found = [(name, before.get(name), after.get(name)) for name in names]
-    if "experiment" in names:
+    if before.get("experiment") != after.get("experiment"):
         return [entry for entry in found if entry[0] == "experiment"]
+    alone = {*before.get("models", ())} ^ {*after.get("models", ())}
+    found = [entry for entry in found if entry[0].rpartition(".")[0] not in alone]
     return [entry for entry in found if entry[0].split(".")[0] not in DERIVED] or found
 
 
-def _models(description: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is noted of each model, by its label; of a single one by its name alone."""
-    listed = description.get("models") or description.get("settings", {}).get("models", [])
-    labels = [model["label"] if isinstance(model, dict) else model for model in listed]
-    names = labels if len(labels) > 1 else [label.partition(":")[0] for label in labels]
-    return dict(zip(names, listed, strict=True))
-
-
-def _parameters(description: Mapping[str, Any], models: Collection[str]) -> Iterator[tuple[str, Any]]:
-    """Yield name and value of every parameter, those of these ``models`` among them."""
-    left = {name: value for name, value in description.items() if name not in (*NOTES, "settings", "models")}
-    shared = {name: value for name, value in description.get("settings", {}).items() if name != "models"}
-    declared, noted = left.pop("experiment", None), _models(description)
-    if isinstance(declared, dict):
-        rest = {name: value for name, value in declared.items() if name not in ("name", "design")}
-        yield "experiment", declared["name"]
-        yield from _leaves({**rest, **(declared.get("design") or {})}, "experiment")
-    else:
-        yield "experiment", declared
-    yield "models", [model["label"] if isinstance(model, dict) else model for model in noted.values()]
-    yield from _leaves(left | shared, "")
-    for label in models:
-        if isinstance(noted[label], dict):
-            yield from _leaves({"source": noted[label].get("source"), **noted[label].get("network", {})}, label)
-
-
-def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+def _parameters(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of every parameter: an experiment's name, its design's fields, labels of models, theirs."""
     if isinstance(value, dict):
         for name, item in value.items():
-            yield from _leaves(item, f"{path}.{name}".lstrip("."))
+            if not path and name in NOTES:
+                continue
+            if (path, name) == ("experiment", "name"):
+                yield "experiment", item
+            else:
+                inner = name in ("settings", "design", "network")
+                yield from _parameters(item, path if inner else f"{path}.{name}".lstrip("."))
+    elif path == "models":
+        yield path, [model["label"] if isinstance(model, dict) else model for model in value]
+        for model in value if value and isinstance(value[0], dict) else ():
+            yield from _parameters({name: model[name] for name in ("source", "network")}, model["label"])
     else:
         yield path, value
 

@@ -28,14 +28,10 @@ class TrialError(RuntimeError):
     """A trial that could not be completed, and why."""
 
 
-LONGEST_NAME = 60
-
-
 def check_name(what: str, name: object) -> None:
     """Raise ``ValueError`` for a name, of a ``what``, that tables, figures and file names cannot show."""
-    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name) or len(name) > LONGEST_NAME:
-        text = repr(name) if len(repr(name)) <= LONGEST_NAME else f"{repr(name)[:LONGEST_NAME]}..."
-        raise ValueError(f"{what} {text}: a name must be up to {LONGEST_NAME} letters, digits, ., - and _")
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", name) or len(name) > 60:
+        raise ValueError(f"{what} {short(name)}: a name must be up to 60 letters, digits, ., - and _")
 
 
 def explain(error: ValidationError) -> str:
@@ -53,12 +49,10 @@ def explain(error: ValidationError) -> str:
     return f"{where} must be {must[0].lower()}{must[1:]}, got {short(problem['input'])}"
 
 
-def check_declared(kind: str, name: Any, summary: Any, repeats: Any) -> None:
-    """Raise ``ValueError`` for a name, a summary or repeats that an experiment cannot have."""
+def check_declared(kind: str, name: Any, repeats: Any) -> None:
+    """Raise ``ValueError`` for a name or repeats that an experiment cannot have."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
         raise ValueError(f"{kind} {short(name)}: its name must be letters, digits, - and _")
-    if not isinstance(summary, str):
-        raise ValueError(f"{kind} {name}: summary must be a text, got {short(summary)}")
     if not isinstance(repeats, int) or isinstance(repeats, bool) or repeats < 1:
         raise ValueError(f"{kind} {name}: repeats must be a whole number of 1 or more, got {short(repeats)}")
 
@@ -67,11 +61,6 @@ def short(value: Any) -> str:
     """Return the beginning of a value in one line, enough to find it by."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:77]}..."
-
-
-def of_one(text: str) -> str:
-    """Return the hint for a text in place of a tuple of texts: a comma makes a tuple of it."""
-    return f"; a comma makes one: ({short(text)},)"
 
 
 def plain(value: Any) -> Any:

@@ -194,15 +194,6 @@ def commit(source: Mapping[str, Any]) -> str | None:
     return f"{str(name)[:12]}{' with changes' if source.get('dirty') else ''}" if name else None
 
 
-def check(expected: str) -> None:
-    """Raise `OtherCode` where this process, of a cluster say, has other code of colias-sim than is ``expected``."""
-    if expected != digest():
-        raise OtherCode(
-            "a worker has other code of colias-sim than this process: install the same on all machines, "
-            "and do not edit it while it runs"
-        )
-
-
 def drawn_from(folder: Path) -> str:
     """Return the code and the commit that computed the run in a folder, for the figures there.
 

@@ -16,7 +16,6 @@ Values are kept in columns and sent in blocks. What is equal in all recordings o
 
 from __future__ import annotations
 
-import re
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -506,14 +505,6 @@ def model_entity(label: str) -> str:
     return f"models/{rr.escape_entity_path_part(label)}"
 
 
-def model_part(entity: str) -> tuple[str, str] | None:
-    """Return the model whose responses an entity has, and what of them; ``None`` of any other entity."""
-    parts = re.findall(r"(?:\\.|[^/])+", entity)
-    if len(parts) < 3 or parts[0] != "models":
-        return None
-    return re.sub(r"\\(.)", r"\1", parts[1]), "/".join(parts[2:])
-
-
 def channel_title(channel: str) -> str:
     """Return how plots name a channel."""
     return channel.upper() if channel in ("hs", "vs") else channel
@@ -528,25 +519,3 @@ def mixed(colour: Colour, other: Colour, share: float) -> Colour:
     """Return a colour with a ``share`` of another in it."""
     red, green, blue = (round((1 - share) * part + share * more) for part, more in zip(colour, other, strict=True))
     return red, green, blue
-
-
-def stream(content: Content, name: str, file: Path | None, url: str | None) -> rr.RecordingStream:
-    """Begin a recording that is sent while it grows: into a file, to the viewer at a URL, or to both."""
-    sinks: list[Any] = ([rr.FileSink(file)] if file else []) + ([rr.GrpcSink(url)] if url else [])
-    growing = rr.RecordingStream(APPLICATION)
-    growing.set_sinks(*sinks, default_blueprint=page(views(content)))
-    growing.send_recording_name(name)
-    growing.send_chunks(static(content))
-    return growing
-
-
-def end(growing: rr.RecordingStream, patience_s: float) -> str:
-    """End a recording; return why not all of it was taken in ``patience_s`` seconds, empty if it was."""
-    try:
-        growing.flush(timeout_sec=patience_s)
-    except RuntimeError as error:
-        return str(error)
-    finally:
-        growing.disconnect()
-        rr.init(APPLICATION, init_logging=False)  # or the stream's threads stay: see `write`
-    return ""

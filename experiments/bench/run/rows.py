@@ -149,13 +149,7 @@ def listed_trials(trials: Iterable[int]) -> str:
 
 
 COLUMN = "provenance"
-MEASURED = "measured"
-"""The robot measured everything: its own network answered."""
-FRAMES_MEASURED = "frames measured, network simulated"
-"""The robot's camera took the frames; a model of this bench answered to them."""
-LOG_OF_SIMULATION = "log of a simulated run"
-"""``colias firmware log`` wrote the log: nothing of it was measured."""
-FRAMES_OF_SIMULATION = "frames from the log of a simulated run"
+"""Column that says where rows of a robot's log come from; simulated rows have none."""
 
 
 def origin(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -172,8 +172,9 @@ class Batch(Generic[AnyTrial]):
 
 
 def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, spec: AnyTrial) -> TrialRecord:
-    """Do a job in a worker that has the same code."""
-    provenance.check(digest)
+    """Do a job in a worker that has the same code, which one of a cluster may not have."""
+    if digest != provenance.digest():
+        raise provenance.OtherCode("a worker has other code of colias-sim than this process: install one everywhere")
     return work(spec)
 
 

@@ -17,7 +17,6 @@ from experiments.bench.run.models import PRESET as PRESET
 from experiments.bench.run.models import ConfiguredModel, family, look_up
 from scenes.hints import nearest
 
-LISTED_BY = "colias list parameters"
 SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
 
@@ -38,7 +37,6 @@ def watchers(
     models: Sequence[str],
     assignments: Iterable[str],
     others: Mapping[str, Any] = MappingProxyType({}),
-    listed_by: str = LISTED_BY,
     fps: float | None = None,
 ) -> tuple[tuple[ConfiguredModel, ...], dict[str, dict[str, str]]]:
     """Models with their off-line parameters, and what was assigned: section -> name -> text.
@@ -52,7 +50,7 @@ def watchers(
         if model.section in others:
             raise UsageError(f"--model {model.text}: that name is a section of --set; give it another")
         values.setdefault(model.section, model.network)
-    collected = collect(assignments, values, listed_by)
+    collected = collect(assignments, values)
     if fps is not None:
         for section, value in values.items():
             if section not in others and hasattr(value, "fps"):
@@ -74,13 +72,10 @@ def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None
         raise UsageError(f"--seed must be between 0 and {MOST_SEED}, got {seed}")
 
 
-def collect(
-    assignments: Iterable[str], values: Mapping[str, Any], listed_by: str = LISTED_BY, option: str = "--set"
-) -> dict[str, dict[str, str]]:
+def collect(assignments: Iterable[str], values: Mapping[str, Any], option: str = "--set") -> dict[str, dict[str, str]]:
     """Section -> name -> text; each key checked, the last of two values for one key counting.
 
-    ``values`` has the sections there are; ``listed_by`` is the command that lists their parameters, ``option`` the
-    option that the texts were typed after.
+    ``values`` has the sections there are, ``option`` is the option that the texts were typed after.
     """
     known = [f"{section}.{name}" for section, value in values.items() for name in names(value)]
     collected: dict[str, dict[str, str]] = {}
@@ -90,12 +85,13 @@ def collect(
             raise UsageError(f"{option} {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
         section, _, name = key.partition(".")
         if key not in known:
-            if LISTED_BY in listed_by and section not in values and section in SECTIONS:
+            if section not in values and section in SECTIONS:
                 raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
             near = nearest(key, known, after="; ")
-            if LISTED_BY in listed_by and section not in values:
-                near += f"sections here are {', '.join(values)}; --model FILE adds a model of your own; "
-            raise UsageError(f"{option} {assignment}: no parameter '{key}' ({near}all: {listed_by})")
+            raise UsageError(
+                f"{option} {assignment}: no parameter '{key}' ({near}sections here are {', '.join(values)}; all:"
+                " colias list parameters)"
+            )
         collected.setdefault(section, {})[name] = text
     return collected
 
@@ -130,11 +126,6 @@ def changed(
             reason = f"{name} must be {legal}, got {given}"
         where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
-
-
-def preset_of(value: Any) -> str | None:
-    """Return the name of the preset that a section's values are; ``None`` if they are none."""
-    return next((name for name, preset in _presets(value).items() if preset == value), None)
 
 
 def _presets(value: Any) -> Mapping[str, Any]:
@@ -232,46 +223,36 @@ def _bounds(schema: Mapping[str, Any]) -> Iterator[str]:
     return (f"{word} {schema[bound]:.12g}" for bound, word in words.items() if bound in schema)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class Parameter:
-    """A parameter that ``--set`` reaches: a row of ``colias list parameters``.
+def described(values: Mapping[str, Any]) -> Iterator[dict[str, str]]:
+    """Yield every parameter that ``--set`` reaches, a row of ``colias list parameters``.
 
-    Attributes
+    Parameters
     ----------
-    key
-        Section and name, as they are typed.
-    value
-        The present value, as text.
-    legal
-        The values that it may have; empty where only a validator knows them.
-    unit
-        Unit of the value; empty for a pure number, a count or a choice.
-    description
-        Meaning of the parameter.
+    values
+        The sections: name -> an instance of the parameters' dataclass.
+
+    Yields
+    ------
+    dict of str to str
+        ``key``, section and name as they are typed; ``value``, the present one; ``legal``, the values that it may have
+        (empty where only a validator knows them); ``unit``; ``description``.
     """
-
-    key: str
-    value: str
-    legal: str
-    unit: str
-    description: str
-
-
-def described(values: Mapping[str, Any]) -> Iterator[Parameter]:
-    """Yield every parameter of the sections ``values``."""
     for section, value in values.items():
         if _presets(value):
             words = f"named set of values for several parameters of {section}; a parameter that is set too wins"
             summaries = value.preset_summaries() if hasattr(value, "preset_summaries") else {}
             words += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
-            yield Parameter(f"{section}.{PRESET}", preset_of(value) or "", ", ".join(_presets(value)), "", words)
+            now = next((name for name, preset in _presets(value).items() if preset == value), "")
+            legal = ", ".join(_presets(value))
+            yield {"key": f"{section}.{PRESET}", "value": now, "legal": legal, "unit": "", "description": words}
         properties = _properties(type(value))
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)
             text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
             schema = properties[field.name]
             words = meaning(type(value), field.name) or schema.get("description", "")
-            yield Parameter(f"{section}.{field.name}", text, _legal(schema), _unit(schema), words)
+            yield {"key": f"{section}.{field.name}", "value": text, "legal": _legal(schema), "unit": _unit(schema),
+                   "description": words}  # fmt: skip
 
 
 def assignments(settings: Mapping[str, Any] | None) -> list[str]:

@@ -6,7 +6,6 @@ import functools
 import hashlib
 import importlib
 import importlib.util
-import site
 import sys
 import sysconfig
 import threading
@@ -32,15 +31,9 @@ USER_MODULE = "colias_user_"
 """Prefix of the names of modules made from users' files, so that two files may have one name."""
 PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
 """Packages of this project."""
-_INSTALLED = frozenset(("site-packages", "dist-packages"))
-"""Folders of installed packages."""
 _loaded: dict[Path, tuple[ModuleType, Mapping[str, str]]] = {}
 """A user's file -> its module, and the SHA-256, by path, of the file and of its folder's modules that it imported."""
 _loading = threading.RLock()
-
-
-class NotDeclared(UsageError):
-    """A file runs and declares something else."""
 
 
 def is_file(name: str) -> bool:
@@ -66,26 +59,16 @@ def declared(path: Path, name: str) -> object:
     Exception
         Whatever the file raises.
     """
-    if not path.is_file():
-        raise UsageError(f"{path}: no such file")
-    if path.suffix != ".py":
-        raise UsageError(f"{path}: the file's name should end in .py")
-    module = _module(path.resolve())
+    module = _module(path)
     if not hasattr(module, name):
-        there = next((other for other in _COMMANDS if hasattr(module, other)), None)
-        raise NotDeclared(
-            f"{path}: declares no {name}{f', but {there}, which is for {_COMMANDS[there]}' if there else ''}"
-        )
+        others = [f", but {other}, which is for {use}" for other, use in _COMMANDS.items() if hasattr(module, other)]
+        raise UsageError(f"{path}: declares no {name}{''.join(others[:1])}")
     return getattr(module, name)
 
 
 def declares(path: Path, name: str) -> bool:
     """Return whether the file at ``path`` declares ``name``; `UsageError` as `declared` where there is no such file."""
-    try:
-        declared(path, name)
-    except NotDeclared:
-        return False
-    return True
+    return hasattr(_module(path), name)
 
 
 def digests(path: Path) -> Mapping[str, str]:
@@ -95,14 +78,15 @@ def digests(path: Path) -> Mapping[str, str]:
 
 
 def _module(path: Path) -> ModuleType:
+    if path.suffix != ".py" or not path.is_file():
+        raise UsageError(f"{path}: no such file, or its name does not end in .py")
+    path = path.resolve()
     with _loading:
-        if path not in _loaded or any(_changed(file, digest) for file, digest in _loaded[path][1].items()):
+        if path not in _loaded or any(
+            not Path(file).is_file() or sha256(Path(file)) != digest for file, digest in _loaded[path][1].items()
+        ):
             _loaded[path] = _executed(path)
         return _loaded[path][0]
-
-
-def _changed(file: str, digest: str) -> bool:
-    return not Path(file).is_file() or sha256(Path(file)) != digest
 
 
 def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
@@ -148,18 +132,10 @@ def sha256(path: Path) -> str:
 
 
 def is_users(file: Path) -> bool:
-    """Return whether the file at a resolved path is the user's own, not an installed package's or this project's."""
-    installed = _INSTALLED & {*file.parts}
-    return file.is_file() and not installed and not any(file.is_relative_to(place) for place in _foreign())
-
-
-@functools.cache
-def _foreign() -> tuple[Path, ...]:
-    """Folders whose modules are not a user's own: Python's, those of installed packages, this project's."""
-    paths = sysconfig.get_paths()
-    places = [paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")]
-    places += [*site.getsitepackages(), site.getusersitepackages()]
-    return (*(Path(place).resolve() for place in places), *package_folders().values())
+    """Return whether the file at a resolved path is the user's own, not Python's, a package's or this project's."""
+    installed = {"site-packages", "dist-packages"} & {*file.parts}
+    others = (Path(sysconfig.get_path("stdlib")).resolve(), *package_folders().values())
+    return file.is_file() and not installed and not any(map(file.is_relative_to, others))
 
 
 @functools.cache

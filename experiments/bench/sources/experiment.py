@@ -104,7 +104,7 @@ class Experiment:
     file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        check_declared("experiment", self.name, self.summary, self.repeats)
+        check_declared("experiment", self.name, self.repeats)
         check_claims(self.name, self.claims)
         where = f"experiment {self.name}"
         if isinstance(self.models, str) or not self.models:

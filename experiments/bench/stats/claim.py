@@ -305,7 +305,5 @@ def check_claims(experiment: str, claims: Any) -> None:
     own = [claim for claim in claims if isinstance(claim, Claim)]
     ids = [claim.id for claim in own]
     for claim in own:
-        if not claim.own:
-            raise ValueError(f"experiment {experiment}: claim {claim.id} is the paper's: declare it by its id alone")
         if ids.count(claim.id) > 1:
             raise ValueError(f"experiment {experiment}: two claims are called '{claim.id}'")

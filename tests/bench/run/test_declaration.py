@@ -56,7 +56,7 @@ def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_
     path.write_text(MODEL.format(name="dsnn-mine"))
     experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
     models = ["dsnn", "dsn2017", str(path)]
-    keys = {row.key for row in parameters(experiment, models)}
+    keys = {row["key"] for row in parameters(experiment, models)}
     assert {"dsnn.n_con", "dsnn-mine.gain"} <= keys and "dsnn.gain" not in keys
     _, settings = configure(experiment, models, ["dsnn-mine.gain=2", "dsnn.n_con=6"])
     assert settings.models[2].network.gain == 2.0

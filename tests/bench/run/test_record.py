@@ -13,6 +13,7 @@ from rerun.chunk import RrdReader
 
 from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.report.palette import colours
+from experiments.bench.report.video import model_part
 from experiments.bench.report.viewer import program
 from experiments.bench.run.record import (
     APPLICATION,
@@ -20,7 +21,6 @@ from experiments.bench.run.record import (
     Frames,
     Model,
     model_entity,
-    model_part,
     page,
     rgb,
     views,

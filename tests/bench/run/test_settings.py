@@ -32,8 +32,8 @@ def test_every_section_is_reached():
 def test_every_listed_parameter_can_be_set_to_what_it_is():
     listed = list(parameters(registry.load("speed"), ["dsnn"]))
     assert len(listed) > 40
-    assert all(row.description for row in listed)
-    assert configured(*(f"{row.key}={row.value}" for row in listed)) == configured()
+    assert all(row["description"] for row in listed)
+    assert configured(*(f"{row['key']}={row['value']}" for row in listed)) == configured()
 
 
 @pytest.mark.parametrize(
@@ -60,8 +60,8 @@ def test_a_preset_comes_first_whatever_the_order():
     robot = RobotConfig.preset("colias4")
     assert settings.robot == dataclasses.replace(robot, dead_band=0, open_loop=False)
     assert configured("robot.preset=default") == configured() != configured("robot.preset=colias4")
-    listed = {row.key: row for row in parameters(registry.load("speed"), ["dsnn"])}
-    assert (listed["robot.preset"].value, listed["robot.preset"].legal) == ("default", "default, colias4")
+    listed = {row["key"]: row for row in parameters(registry.load("speed"), ["dsnn"])}
+    assert (listed["robot.preset"]["value"], listed["robot.preset"]["legal"]) == ("default", "default, colias4")
 
 
 @pytest.mark.parametrize("name", NAMES)

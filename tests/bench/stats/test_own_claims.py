@@ -5,7 +5,7 @@ import pytest
 from experiments import Check, Claim, Clip, Experiment, OfflineExperiment, Outcome, Translation, decide
 from experiments.bench.sources.judge import judge
 from experiments.bench.stats.checks import strength
-from experiments.bench.stats.claim import find_claim, title_of
+from experiments.bench.stats.claim import title_of
 from experiments.bench.stats.verdict import Verdict
 from tests.bench.robot.test_judges import rows
 
@@ -38,7 +38,6 @@ WRONG = {
     "a value alone": lambda: clip_claim(conditions={"motion": "rightward"}),
     "twice": lambda: experiment(claim(), claim()),
     "one alone": lambda: Experiment("mine", "", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
-    "the paper's object": lambda: clips(find_claim("C1", "clips")),
     "no verdict": lambda: Outcome("yes", ""),
     "a side that there is not": lambda: Check("3 spikes", 3, 2, "over"),
     "one bound in place of two": lambda: Check("3 spikes", 3, 2, "within"),
