@@ -5,34 +5,27 @@ from itertools import pairwise
 import numpy as np
 import polars as pl
 import pytest
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from experiments.bench.report import style
+from experiments.bench.report.palette import WHITE
 from experiments.bench.stats.tests import summarise
+from tests.bench.report.test_palette import LEAST_CONTRAST, contrast
 
 RENDERED = True
 
 
-def luminance(colour):
-    channels = np.array(to_rgb(colour))
-    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
-    return linear @ (0.2126, 0.7152, 0.0722)
-
-
 def test_neighbours_differ_in_grey_and_every_colour_is_seen_on_white():
     tints = list(style.colours("abcdefghi").values())
-    for one, other in pairwise(tints):
-        low, high = sorted((luminance(one), luminance(other)))
-        assert (high + 0.05) / (low + 0.05) > 2.0
-    assert all(1.05 / (luminance(tint) + 0.05) >= 3.0 for tint in tints)
+    assert all(contrast(one, other) > 2.0 for one, other in pairwise(tints))
+    assert all(contrast(tint, WHITE) >= LEAST_CONTRAST for tint in tints)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 9])
 def test_shades_rise_with_the_level(count):
     tints = style.shades(np.random.default_rng(0).permutation(count))
-    greys = [luminance(tints[level]) for level in range(count)]
-    assert greys == sorted(greys) and len(set(greys)) == count
+    darkness = [contrast(tints[level], WHITE) for level in range(count)]
+    assert darkness == sorted(darkness, reverse=True) and len(set(darkness)) == count
 
 
 def test_means_intervals_and_trials_are_those_of_the_values():

@@ -128,13 +128,3 @@ def test_a_claim_says_how_many_trials_it_lost(colias):
     assert failed > 0
     for claim in claims:
         assert (f"{failed} trials of the run failed" in claim["outcome"]["measured"]) == (claim["model"] == "gradient")
-
-
-def test_a_model_without_a_threshold_is_drawn_but_not_judged(colias):
-    text = user_files.MODEL.replace("    t_sp: float = 0.2  # threshold on the potential\n", "")
-    (colias.folder / "my_model.py").write_text(text.replace("self.parameters.t_sp", "9.0"))
-    done = colias("run", "speed", *QUICK, "--only", "--model", "my_model.py", "--workers", "0", "--out", "out")
-    assert done.returncode == 0, done.stderr
-    claims = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
-    assert {claim["outcome"]["verdict"] for claim in claims} == {"not shown"}
-    assert all(claim["outcome"]["measured"].startswith("this model does not spike: ") for claim in claims)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rerun as rr
 from rerun.chunk import RrdReader
 
 from dsnn import MODELS, Response, ResponseSeries
@@ -16,14 +15,11 @@ from experiments.bench.report.palette import colours
 from experiments.bench.report.video import model_part
 from experiments.bench.report.viewer import program
 from experiments.bench.run.record import (
-    APPLICATION,
     Content,
     Frames,
     Model,
     model_entity,
-    page,
     rgb,
-    views,
     write,
 )
 
@@ -86,31 +82,8 @@ def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_a
         assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
 
 
-def stores(path: Path) -> dict[str, list[str]]:
-    """The entities of a file's data, and those of its layout."""
-    reader = RrdReader(path)
-    return {
-        kind: [str(chunk.entity_path) for entry in entries for chunk in reader.stream(store=entry).to_chunks()]
-        for kind, entries in (("data", reader.recordings()), ("layout", reader.blueprints()))
-    }
-
-
-def test_a_saved_layout_is_the_one_that_rerun_itself_saves(tmp_path):
-    """But for the names, drawn anew each time, of its views."""
-    written(tmp_path / "ours")
-    theirs = rr.RecordingStream(APPLICATION)
-    theirs.save(tmp_path / "theirs", default_blueprint=page(views(CONTENT)))
-    theirs.log("wave", rr.Scalars(1.0))
-    theirs.disconnect()
-    ours, others = (
-        sorted("/".join(entity.split("/")[:2]) for entity in stores(tmp_path / name)["layout"])
-        for name in ("ours", "theirs")
-    )
-    assert sorted(set(ours)) == sorted(set(others)) and ours.count("/view") == others.count("/view") > 0
-    # Without this message a viewer has the layout and does not open with it.
-    orders = []
-    for name in ("ours", "theirs"):
-        command = [*program(), "rrd", "print", str(tmp_path / name)]
-        printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        orders.append(re.findall(r"BlueprintActivationCommand.*(make_active.*)", printed))
-    assert orders[0] == orders[1] == ["make_active: false, make_default: true)"]
+def test_a_saved_layout_is_opened_with_and_is_not_put_over_a_reader_s_own(tmp_path):
+    command = [*program(), "rrd", "print", str(written(tmp_path / "a.rrd"))]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    orders = re.findall(r"BlueprintActivationCommand.*(make_active.*)", printed)
+    assert orders == ["make_active: false, make_default: true)"]

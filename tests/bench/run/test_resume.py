@@ -14,9 +14,7 @@ from colias_sim import reference
 from experiments.bench import registry
 from experiments.bench.run import provenance
 from experiments.bench.run.folder import has_tables, read_table
-from experiments.bench.run.parameters import in_words, of_model, with_columns
-from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
-from experiments.bench.trials import describe, plan
+from experiments.bench.trials import plan
 from tests.conftest import Colias
 from tests.helpers.processes import CLI, members, start, wait_until
 
@@ -224,29 +222,20 @@ def planned(models=("dsnn",), *assignments):
 
 def test_changed_parameters_by_set_and_by_model():
     assert planned(("dsnn",), "dsnn.n_con=8", "experiment.distances_cm=8").changed() == {}, "typed, but the same"
-    trial_plan = planned(("dsnn", "dsnn:n_con=6", "emd"), "dsnn.tau_s=200,10", "camera.read_noise=0.25",
-                         "experiment.direction=both")  # fmt: skip
-    changed = trial_plan.changed()
-    assert (
-        changed
-        == {
-            "dsnn.tau_s": {"dsnn": "200,10", "dsnn:n_con=6": "200,10", "emd": None},
-            "dsnn.n_con": {"dsnn": 8, "dsnn:n_con=6": 6, "emd": None},
-            "camera.read_noise": {"dsnn": 0.25, "dsnn:n_con=6": 0.25, "emd": 0.25},
-            "experiment.direction": {"dsnn": "both", "dsnn:n_con=6": "both", "emd": "both"},
-        }
-        == describe(trial_plan)["changed"]
-    )
-    schema = with_columns(TRIAL_SCHEMA, changed)
-    kinds = [schema[name] for name in ("dsnn.tau_s", "dsnn.n_con", "camera.read_noise")]
-    assert kinds == [pl.String, pl.Int64, pl.Float64] and of_model(changed, "emd")["dsnn.n_con"] is None
-    assert in_words(changed) == "dsnn.tau_s=200,10, dsnn.n_con=8|6, camera.read_noise=0.25, experiment.direction=both"
+    models = ("dsnn", "dsnn:n_con=6", "emd")
+    changed = planned(models, "dsnn.tau_s=200,10", "camera.read_noise=0.25", "experiment.direction=both").changed()
+    assert changed == {
+        "dsnn.tau_s": dict(zip(models, ("200,10", "200,10", None), strict=True)),
+        "dsnn.n_con": dict(zip(models, (8, 6, None), strict=True)),
+        "camera.read_noise": dict.fromkeys(models, 0.25),
+        "experiment.direction": dict.fromkeys(models, "both"),
+    }
 
 
 def test_rows_have_columns_for_them(mine, monkeypatch):
     monkeypatch.chdir(mine.folder)
-    given = {"settings": {"dsnn.w_i": 0.5}, "models": ["dsnn", "dsnn:n_con=6"], "workers": 0, "recordings": False}
-    run = experiments.run("mine.py", **given, out="columns", quiet=True)
-    assert run.trials.filter(trial=0).select("model", "dsnn.w_i", "dsnn.n_con").rows() == [
-        ("tiny", None, None), ("dsnn", 0.5, 8), ("dsnn:n_con=6", 0.5, 6),
+    given = {"models": ["dsnn", "dsnn:n_con=6"], "settings": {"dsnn.w_i": 0.5, "dsnn.tau_s": "200,10"}}
+    run = experiments.run("mine.py", **given, workers=0, recordings=False, out="columns", quiet=True)
+    assert run.trials.filter(trial=0).select("model", "dsnn.w_i", "dsnn.n_con", "dsnn.tau_s").rows() == [
+        ("tiny", None, None, None), ("dsnn", 0.5, 8, "200,10"), ("dsnn:n_con=6", 0.5, 6, "200,10"),
     ]  # fmt: skip

@@ -12,10 +12,6 @@ import experiments
 from experiments.bench.run.workers import DIED, Workers, finished, open_workers
 
 
-def double(job):
-    return 2 * job[0]
-
-
 def die_or_double(job):
     """Kill this process: always for 13; once, leaving a mark, for 7."""
     number, folder = job
@@ -42,12 +38,6 @@ def run(workers, work, numbers, folder="", fatal=()):
         else:
             done.append(result)
     return sorted(done), failed
-
-
-@pytest.mark.parametrize("workers", [0, 1, 2])
-def test_every_job_is_done_once(workers):
-    with open_workers(workers) as pool:
-        assert run(pool, double, range(20)) == ([2 * n for n in range(20)], {})
 
 
 def test_a_job_whose_worker_dies_is_repeated_and_named_if_it_dies_again(tmp_path):
