@@ -48,10 +48,29 @@ from experiments.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
-"""Board -> name of its table, without its ending."""
+"""Board -> name of its table and its figure, without their endings."""
 ROBOT_SHAPE = (72, 99)
 TIMES = {"us_99x72": ROBOT_SHAPE, "us_320x180": (180, 320)}
 """Measure of time -> the shape of the frames, (R, C)."""
+LABELS = {
+    "direction_robot": "direction accuracy, robot", "direction_clips": "direction accuracy, clips",
+    "auc_robot": "AUC, translation against depth, robot", "auc_clips": "AUC, translation against depth, clips",
+    "false_alarms": "share of background clips with spikes",
+    "auc_translation_robot": "AUC, looming against translation, robot",
+    "auc_recession_robot": "AUC, looming against recession, robot",
+    "auc_translation": "AUC, looming against translation, clips",
+    "auc_recession": "AUC, looming against recession, clips",
+    "auc_background": "AUC, looming against background, clips",
+    "answered": "share of looming clips with spikes",
+    "contact_dark_s": "time to contact, dark (s)",
+    "contact_light_s": "time to contact, light (s)",
+    "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
+    "alarms_background": "false alarms, background (1/min)",
+    "us_99x72": "time per frame of 99x72 (µs)", "us_320x180": "time per frame of 320x180 (µs)",
+}  # fmt: skip
+"""Measure -> its words in a figure."""
+CHANCE = {"direction_": 0.25, "auc_": 0.5}
+"""Beginning of a measure -> what guessing gets."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
 NOTE = (
@@ -378,13 +397,26 @@ def rank(planned: Plan, responses: Mapping[str, pl.DataFrame], times: Mapping[st
         if rows:
             types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in rows[0] if name != "model"}
             table = pl.DataFrame(rows, {"model": pl.String, **types})
-            # The mean of the measures that begin so, as far as a model has them.
-            order = [
-                pl.mean_horizontal(name for name in measures(table) if name.startswith(start))
-                for start in RANKED_BY[board]
-            ]
+            order = [_mean(table, start) for start in RANKED_BY[board]]
             boards[board] = table.sort(*order, "model", descending=[True, True, False], nulls_last=True)
     return boards
+
+
+def _mean(table: pl.DataFrame, start: str) -> pl.Expr:
+    """Return the mean of the measures that begin so, as far as a model has them."""
+    return pl.mean_horizontal(name for name in measures(table) if name.startswith(start))
+
+
+def finding(board: str, table: pl.DataFrame) -> str:
+    """Say which model leads a board, or how many share its best score."""
+    scores = table.select(_mean(table, RANKED_BY[board][0]).alias("score"))["score"].to_list()
+    if scores[0] is None:
+        return f"no model has a score by {board}"
+    score = f"mean {'AUC' if board == LOOMING else 'direction accuracy'}"
+    if (first := scores.count(scores[0])) > 1:
+        return f"{first} of {len(scores)} models share the best {score}, {scores[0]:.2f}"
+    rank = f"ranks first of {len(scores)} models by {board}, with" if len(scores) > 1 else "has"
+    return f"{table['model'][0]} {rank} a {score} of {scores[0]:.2f}"
 
 
 def measures(table: pl.DataFrame) -> list[str]:
@@ -434,7 +466,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
 
 
 def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
-    """Run what ``folder`` lacks of a `plan`, time the models, and write a table of each board.
+    """Run what ``folder`` lacks of a `plan`, time the models, and write a table and a figure of each board.
 
     Returns
     -------
@@ -446,6 +478,8 @@ def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl
     UsageError
         The folder holds other trials.
     """
+    from experiments.bench.report import scoreboard, style  # not before: workers do without matplotlib
+
     begin_whole(folder, "leaderboard")
     responses: dict[str, pl.DataFrame] = {}
     failures: list[Failure] = []
@@ -469,4 +503,5 @@ def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl
     boards = rank(planned, responses, times)
     for board, table in boards.items():
         Files(folder).write_rows(f"{FILES[board]}.csv", table.to_dicts())
+        style.save(scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE), folder / FILES[board])
     return boards, failures

@@ -185,7 +185,7 @@ def leaderboard(
     """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
 
     Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
-    95 % intervals. The models are those registered, but dsnn-reference.
+    95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
     """
     from experiments.bench import leaderboard as board
     from experiments.bench.report import scoreboard
