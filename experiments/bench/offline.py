@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments import OFFLINE
+from experiments.bench.report.terminal import error_console
 from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
@@ -150,6 +151,8 @@ def run(
     """
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
+    if plan.repeats > 1 and not resources.quiet and not plan.is_random():
+        error_console.print(f"note: nothing in {plan.experiment.name} is random: its {plan.repeats} repeats are equal")
     with batch(plan, recordings=recordings).run(out, pool, resources) as folder:
         rows = folder.table("trials").to_dicts()
         folder.write_json("claims.json", stored.document(verdicts(plan, rows)))

@@ -494,7 +494,7 @@ def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
     rows = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
     outcome = judge_rows(claim, rows, trials.thresholds.get(FALLING))
     lost = trials.lost.get(("ensembles", FALLING), 0)
-    return outcome.withheld(f"{lost} trials failed") if lost else outcome
+    return outcome.withheld(f"{lost} trial{'s' * (lost != 1)} failed") if lost else outcome
 
 
 def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:

@@ -72,6 +72,12 @@ def own_pictures(folder: Path | None) -> Pictures | None:
     return None if folder is None else folder_pictures(folder)
 
 
+def typed(context: typer.Context) -> set[str]:
+    """Return the names of the parameters that the command line gives."""
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    return {name for name, source in sources.items() if source and source.name == "COMMANDLINE"}
+
+
 def check_new(folder: Path) -> None:
     """Raise `UsageError` for a folder that is there and not empty."""
     from experiments.bench.run.errors import UsageError

@@ -46,9 +46,7 @@ def run(
     from experiments.bench.run.errors import UsageError
 
     if again is not None:
-        sources = {name: context.get_parameter_source(name) for name in context.params}
-        typed = {name for name, source in sources.items() if source and source.name == "COMMANDLINE"}
-        if others := sorted(typed - {"again", "out", "workers", "quiet"}):
+        if others := sorted(options.typed(context) - {"again", "out", "workers", "quiet"}):
             raise UsageError(f"--again repeats a run as it was: leave out {', '.join(others)}")
         return _repeat(context, again, out, workers, quiet)
     if experiment is None:

@@ -15,6 +15,11 @@ from experiments.bench.cli import options
 
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
+MEANT = {
+    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial"},
+    "a strip": {"trial", "size", "frames", "model"}, "a film": {"trial", "size", "fps", "speed", "model"},
+}  # fmt: skip
+"""What ``colias video`` writes -> the options that it has."""
 KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
 """Kinds of what there is; ``colias list`` names all of them."""
 
@@ -76,6 +81,7 @@ def _view_scene(arena: str) -> int:
 
 
 def video(
+    context: typer.Context,
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run, an .rrd file, or a stimulus.")],
     out: Annotated[Path, typer.Option(metavar="FILE", help=".mp4, .webp, .png: a strip; or a folder of pictures.")],
     trial: options.Trial = None,
@@ -107,11 +113,14 @@ def video(
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
     if out.exists() or not out.parent.is_dir():
         raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
-    if (str(source) in STIMULI and not source.exists()) or source.suffix == ".py":
+    stimulus = (str(source) in STIMULI and not source.exists()) or source.suffix == ".py"
+    kind = "a stimulus" if stimulus else {"": "pictures", ".png": "a strip"}.get(out.suffix, "a film")
+    if other := sorted(options.typed(context) - MEANT[kind] - {"source", "out", "quiet"}):
+        names = ", ".join(f"--{name}" for name in other).replace("--assignments", "--set")
+        raise UsageError(f"{names}: not an option of {kind}")
+    if stimulus:
         _write_stimulus(str(source), out, assignments or (), seed, jitter)
         return 0
-    if assignments or seed or jitter:
-        raise UsageError("--set, --seed and --jitter are of a stimulus")
     path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
         seen = pictures(path)
@@ -211,10 +220,11 @@ def _names(kind: str) -> Mapping[str, str]:
             cameras = {f"camera.preset={name}": text for name, text in CameraConfig.preset_summaries().items()}
             return cameras | {f"robot.preset={name}": text for name, text in RobotConfig.preset_summaries().items()}
         case "claims":
-            from experiments.bench.stats.claim import PAPER, claim_ids, words
+            from experiments.bench.stats.claim import claim_ids, words
+            from experiments.claims.footage import CLAIM, STRONGER
 
-            implied = {name: " (the equations imply it)" if words(name).implied else "" for name in claim_ids(PAPER)}
-            return {name: words(name).title + note for name, note in implied.items()}
+            implied = {name: " (the equations imply it)" if words(name).implied else "" for name in claim_ids()}
+            return {name: words(name).title + note for name, note in implied.items()} | {f"{CLAIM}s": STRONGER}
         case "behaviours":
             from experiments.behaviours import BEHAVIOURS, GROUPS
 
@@ -265,14 +275,17 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
 def _list_runs(folder: Path) -> int:
     """Print the runs in a folder; those of another version in a line each, with the version that reads it."""
     import polars as pl
+    from rich.text import Text
 
-    from experiments.bench.report.terminal import error_console, show
+    from experiments.bench.report.terminal import count, error_console, out_console
     from experiments.bench.result import runs
 
     table = runs(folder)
-    listed = table.filter(pl.col("trouble").is_null()).drop("trouble")
-    if listed.height:
-        show(listed.with_columns(pl.col("when").dt.to_string("%Y-%m-%d %H:%M"), pl.col("seed").cast(str)))
+    for row in table.filter(pl.col("trouble").is_null()).to_dicts():
+        out_console.print(Text.assemble((row["run"], "b"), f"  {row['when']:%Y-%m-%d %H:%M}"))
+        done = f"{row['done']} of {count(row['planned'], 'trial')}, {count(row['failures'], 'failure')}"
+        first = f"{row['experiment']} ({row['models']}), seed {row['seed']}, {done}, {row['provenance']}"
+        out_console.print("    " + "\n    ".join(filter(None, (first, row["changed"], row["verdicts"]))))
     for line in table["trouble"].drop_nulls() if table.height else [f"no runs in {folder}"]:
         error_console.print(line)
     return 0

@@ -10,7 +10,7 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.bench.report import findings, style
+from experiments.bench.report import findings, style, terminal
 from experiments.bench.sources.clips import Figure as Drawing
 
 Thresholds = Mapping[str, float | None]
@@ -72,7 +72,7 @@ def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
         n = trials.n_unique("repeat")
-        style.caption(drawn, f"{title}. n = {n} {'trial' if n == 1 else 'trials'} of each clip and model. {notes}")
+        style.caption(drawn, f"{title}. n = {terminal.count(n, 'trial')} of each clip and model. {notes}")
     return drawn
 
 
@@ -174,8 +174,8 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             axes.margins(y=0.15)
             axes.locator_params(nbins=3)
             axes.tick_params(labelbottom=row == len(models) - 1)
-            name = f"{level or 0.0:.3g}" if place % across == across - 1 else ""
-            style.threshold(axes, level, signed=shown != ["looming"], name=name, outside=True)
+            style.threshold(axes, level, signed=shown != ["looming"], outside=True,
+                            name=f"{level or 0.0:.3g}" * (place % across == across - 1))  # fmt: skip
             cell = of_model.filter(clip=clip)
             for name in shown if len(cell) else ():
                 label, colour = CHANNELS[name]

@@ -57,17 +57,15 @@ def finding(cells: pl.DataFrame) -> str:
     ``cells`` has a row for each point, model, claim and measure: ``what``, whether it is ``judged``, its ``value``. Of
     a grid that judges several claims their row together counts.
     """
-    claims, phrases = cells.filter("judged"), []
-    claims = claims if (whole := claims.filter(what=TOGETHER)).is_empty() else whole
-    if not claims.is_empty():
-        names, lost = list(claims["what"].unique()), claims["value"].is_nan().sum()
-        who = "all claims hold" if TOGETHER in names else "claims hold" if len(names) > 1 else f"{names[0]} holds"
-        phrases.append(f"{who} in every replicate in {(claims['value'] == 1.0).sum()} of {len(claims)} cells")
-        phrases += [f"{lost} not judged"] * bool(lost)
+    whole = cells.filter(what=TOGETHER)
+    claims, who = (cells.filter("judged"), "claims hold") if whole.is_empty() else (whole, "all claims hold")
+    value = claims["value"].cast(float)
+    kept = f"{who} in every replicate in {(value == 1.0).sum()} of {len(value)} cells"
+    phrases = [f"{kept}, {value.is_nan().sum()} not judged"] * (len(value) > 0)
     measures = cells.filter(~pl.col("judged")).drop_nulls("value")
     for (name,), of in style.by(measures.with_columns(pl.col("what").str.split(":").list.first()), "what"):
         phrases.append(f"{name} from {of['value'].min():.3g} to {of['value'].max():.3g}")
-    return style.sentence(", ".join(phrases)) or "Nothing was measured"
+    return style.sentence("; ".join(phrases)) or "Nothing was measured"
 
 
 def _cells(result: Any) -> pl.DataFrame:
@@ -152,8 +150,7 @@ def show(result: Any, folder: Path) -> None:
     """Print a sweep: a row for each point and model, at how many points each claim holds, and where its files are."""
     plan = result.plan
     wide = _cells(result).pivot("what", index=[*plan.axes, "model"], values="text", maintain_order=True)
-    replicates = terminal.count(plan.study.replicates, "replicate")
-    terminal.show(wide, f"Claims: in how many of {replicates} they hold; -: not judged" if plan.claims else "")
+    terminal.show(wide, f"Replicates of {plan.study.replicates} in which claims hold" if plan.claims else "")
     unjudged = {key[2]: outcomes[0].deciding for key, outcomes in result.outcomes.items()
                 if not any(one.judged or one.verdict == "unknown constants" for one in outcomes)}  # fmt: skip
     for claim in sorted(unjudged.keys() - {TOGETHER}):

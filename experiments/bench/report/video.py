@@ -52,8 +52,6 @@ LINES = {"hs": ("-", "line"), "vs": (":", "dotted"), "looming": ("--", "dashed")
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
 OBSERVER, OTHER = "#2e7850", "#191919"
 CHANGE = "change"
-ACTIVE = 0.05
-"""Share of a response's peak over which the stimulus is taken to be in view."""
 
 
 @dataclass(slots=True)
@@ -408,7 +406,8 @@ def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = 
     """
     kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
     size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
-    moving = [time_s[np.abs(values) > ACTIVE * np.abs(values).max()]
+    # A stimulus is taken to be in view while a response is over a twentieth of its peak.
+    moving = [time_s[np.abs(values) > 0.05 * np.abs(values).max()]
               for channels in reel.values.values() for time_s, values in channels.values()]  # fmt: skip
     shown = np.concatenate([*moving, [] if any(map(len, moving)) else reel.time_s[[0, -1]]])
     moments = np.linspace(shown.min(), shown.max(), count + 2)[1:-1].tolist()
