@@ -13,7 +13,7 @@ from rich.table import Table
 from benchmarks.timing import interleaved
 from colias_sim import CameraConfig, Frame, PathFollower, Pose, Robot, Route, Simulation
 from colias_sim.exposure import exposure_samples
-from colias_sim.scene import FrameClock
+from colias_sim.scene import steps_per_frame
 from dsnn import DSNN, DSNNParams
 
 FRAMES = 60
@@ -31,7 +31,7 @@ def fixed(camera: CameraConfig, exposure_ms: float, samples: int = 0) -> CameraC
     """
     if not camera.auto_exposure:
         return dataclasses.replace(camera, shot_noise=0.0, read_noise=0.0)
-    steps = FrameClock(camera.fps).steps
+    steps = steps_per_frame(camera.fps)
     return dataclasses.replace(
         camera, auto_exposure=False, gain=camera.gain * exposure_ms / camera.ae_unit_ms, exposure_ms=exposure_ms,
         exposure_samples=samples or exposure_samples(camera, exposure_ms, steps), shot_noise=0.0, read_noise=0.0,

@@ -17,7 +17,7 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.envs import register_envs
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import OpenLoop, PathFollower, Route, Schedule, Stretch, Tracker
-from colias_sim.pose import Pose, WheelSpeeds, bearing
+from colias_sim.pose import Pose, bearing
 from colias_sim.robot import ParkedRobot, Robot
 
 try:
@@ -45,7 +45,6 @@ __all__ = [
     "Simulation",
     "Stretch",
     "Tracker",
-    "WheelSpeeds",
     "__version__",
     "bearing",
     "register_envs",

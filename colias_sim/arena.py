@@ -10,10 +10,9 @@ from __future__ import annotations
 import hashlib
 import importlib
 import locale
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from dsnn.pictures import read_picture
@@ -37,118 +36,107 @@ HIDDEN = (1, 2)
 """Groups of geoms that become group 0 in an arena: the robot's eye does not render group 1, its own body."""
 
 
-@dataclass(frozen=True, slots=True)
-class Arena:
-    """An arena's MJCF, with the contents of every file that it names.
+def arena_files(source: str) -> dict[Path, str]:
+    """List a user's own files that an arena consists of, without compiling it.
 
     Parameters
     ----------
     source
-        Its name in `scenes.ARENAS`, or the path of your own file.
-    text
-        The MJCF.
-    includes, assets
-        Contents of the MJCF files that it includes, and of its textures and meshes, by the names in the MJCF.
-    files
-        The user's own files among them, with the arena's first: path -> SHA-256. Empty for a built-in arena.
+        Its name in `scenes.ARENAS`, or the path of your own file. A Python file is executed.
+
+    Returns
+    -------
+    dict of Path to str
+        Path -> SHA-256, with the arena's first. Empty for a built-in arena.
+
+    Raises
+    ------
+    ValueError
+        The arena is unknown, is not XML, or names a file that does not exist.
     """
+    if source in ARENAS:
+        return {}
+    _, found = _read(source)
+    return {place: hashlib.sha256(data).hexdigest() for place, data in found.items() if FOLDER not in place.parents}
 
-    source: str
-    text: str
-    includes: Mapping[str, bytes]
-    assets: Mapping[str, bytes]
-    files: Mapping[Path, str]
 
-    @classmethod
-    def read(cls, source: str) -> Arena:
-        """Read an arena and all files that it names, without compiling it.
+def arena_spec(source: str) -> mujoco.MjSpec:
+    """Read an arena and parse it into a specification, not yet compiled.
 
-        Files are searched in the arena's folder, then in ``scenes``.
+    Parameters
+    ----------
+    source
+        Its name in `scenes.ARENAS`, or the path of your own file. A Python file is executed.
 
-        Parameters
-        ----------
-        source
-            Its name in `scenes.ARENAS`, or the path of your own file. A Python file is executed.
+    Returns
+    -------
+    mujoco.MjSpec
+        The arena. Robots' hulls collide with each of its geoms that collides with anything, except the floor.
 
-        Returns
-        -------
-        Arena
-            The arena.
+    Raises
+    ------
+    ValueError
+        The arena is unknown or names a file that does not exist, MuJoCo refuses the MJCF, a required element is
+        missing, or something in it moves. The message is one line.
+    """
+    import mujoco
 
-        Raises
-        ------
-        ValueError
-            The arena is unknown, is not XML, or names a file that does not exist.
-        """
-        path = arena_path(source)
-        found, includes, assets = {path: path.read_bytes()}, dict[str, bytes](), dict[str, bytes]()
-        text = importlib.import_module(WIRING).arena_text(path) if path.suffix == ".py" else found[path].decode()
-        roots = [_parsed(path, text)]
-        for root in roots:  # which grows
-            for name in (element.get("file", "") for element in root.iter("include")):
-                if name and name not in includes:
-                    place = _find(path, name, [""], FOLDER)
-                    includes[name] = found[place] = place.read_bytes()
-                    roots.append(_parsed(place, includes[name]))
-        folders = ["", *(folder for root in roots for folder in _folders(root))]
-        for name in (name for root in roots for name in _files(root)):
-            place = _find(path, name, folders, FOLDER / "assets")
-            assets[name] = found[place] = place.read_bytes()
-            if assets[name].startswith(b"\x89PNG") and assets[name][24] == 16:  # bits: MuJoCo takes the upper 8
-                read_picture(place)
-        own = {} if source in ARENAS else {place: data for place, data in found.items() if FOLDER not in place.parents}
-        files = {place: hashlib.sha256(data).hexdigest() for place, data in own.items()}
-        return cls(source, text, includes, assets, files)
+    mjcf, _ = _read(source)
+    point = str(locale.localeconv()["decimal_point"]).encode()  # which MuJoCo expects in an OBJ, and nowhere else
+    for name, data in mjcf["assets"].items():
+        if name.lower().endswith(".obj"):
+            mjcf["assets"][name] = data.replace(b".", point)
+    try:
+        spec = mujoco.MjSpec.from_string(**mjcf)
+    except ValueError as error:
+        raise ValueError(f"arena {source}: {one_line(error)}") from None
+    _check(spec, source)
+    for geom in spec.geoms:
+        if geom.name != "floor" and (geom.contype or geom.conaffinity):
+            geom.contype = geom.conaffinity = HULL
+        if geom.group in HIDDEN:
+            geom.group = 0
+    return spec
 
-    def spec(self) -> mujoco.MjSpec:
-        """Parse the MJCF into a specification, not yet compiled.
 
-        Returns
-        -------
-        mujoco.MjSpec
-            The arena. Robots' hulls collide with each of its geoms that collides with anything, except the floor.
+def _read(source: str) -> tuple[dict[str, Any], dict[Path, bytes]]:
+    """Read an arena and all files that it names: arguments of ``MjSpec.from_string``, and the contents of each file.
 
-        Raises
-        ------
-        ValueError
-            MuJoCo refuses the MJCF, a required element is missing, or something in it moves. The message is one line.
-        """
-        import mujoco
+    Files are searched in the arena's folder, then in ``scenes``.
+    """
+    path = arena_path(source)
+    found, includes, assets = {path: path.read_bytes()}, dict[str, bytes](), dict[str, bytes]()
+    text = importlib.import_module(WIRING).arena_text(path) if path.suffix == ".py" else found[path].decode()
+    roots = [_parsed(path, text)]
+    for root in roots:  # which grows
+        for name in (element.get("file", "") for element in root.iter("include")):
+            if name and name not in includes:
+                place = _find(path, name, [""], FOLDER)
+                includes[name] = found[place] = place.read_bytes()
+                roots.append(_parsed(place, includes[name]))
+    folders = ["", *(folder for root in roots for folder in _folders(root))]
+    for name in (name for root in roots for name in _files(root)):
+        place = _find(path, name, folders, FOLDER / "assets")
+        assets[name] = found[place] = place.read_bytes()
+        if assets[name].startswith(b"\x89PNG") and assets[name][24] == 16:  # bits: MuJoCo takes the upper 8
+            read_picture(place)
+    return {"xml": text, "include": includes, "assets": assets}, found
 
-        point = str(locale.localeconv()["decimal_point"]).encode()  # which MuJoCo expects in an OBJ, and nowhere else
-        assets = {
-            name: data.replace(b".", point) if name.lower().endswith(".obj") else data
-            for name, data in self.assets.items()
-        }
-        try:
-            spec = mujoco.MjSpec.from_string(self.text, include=self.includes, assets=assets)
-        except ValueError as error:
-            raise ValueError(f"arena {self.source}: {one_line(error)}") from None
-        self._check(spec)
-        for geom in spec.geoms:
-            if geom.name != "floor" and (geom.contype or geom.conaffinity):
-                geom.contype = geom.conaffinity = HULL
-            if geom.group in HIDDEN:
-                geom.group = 0
-        return spec
 
-    def _check(self, spec: mujoco.MjSpec) -> None:
-        """Raise ``ValueError`` if a required element is missing, or something in the arena moves."""
-        for kind, name in NEEDED.items():
-            if getattr(spec, kind)(name) is None:
-                raise ValueError(
-                    f'arena {self.source}: no {kind} is called {name}: <include file="bright.xml"/> has it'
-                )
-        for elements in MOVING:
-            if list(getattr(spec, elements)):
-                raise ValueError(f"arena {self.source}: has {elements}: everything in an arena stands still")
-        usual = Arena.read("bright").spec().option if self.files else spec.option
-        for name in PHYSICS:
-            if str(getattr(spec.option, name)) != str(getattr(usual, name)):
-                raise ValueError(
-                    f"arena {self.source}: option {name} must be as arena_base.xml has it: include that, and leave"
-                    " <option> out"
-                )
+def _check(spec: mujoco.MjSpec, source: str) -> None:
+    """Raise ``ValueError`` if a required element is missing, or something in the arena moves."""
+    for kind, name in NEEDED.items():
+        if getattr(spec, kind)(name) is None:
+            raise ValueError(f'arena {source}: no {kind} is called {name}: <include file="bright.xml"/> has it')
+    for elements in MOVING:
+        if list(getattr(spec, elements)):
+            raise ValueError(f"arena {source}: has {elements}: everything in an arena stands still")
+    usual = spec.option if source in ARENAS else arena_spec("bright").option
+    for name in PHYSICS:
+        if str(getattr(spec.option, name)) != str(getattr(usual, name)):
+            raise ValueError(
+                f"arena {source}: option {name} must be as arena_base.xml has it: include that, and leave <option> out"
+            )
 
 
 def one_line(error: Exception) -> str:

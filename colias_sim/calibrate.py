@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -22,7 +21,7 @@ import numpy.typing as npt
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_INPUTS, UNIT_CONTRAS
 
 __all__ = [
-    "CalibrationError", "ExposureLoop", "contrast_and_brightness", "edge_columns", "edge_rows", "exposure_loop",
+    "CalibrationError", "contrast_and_brightness", "control_zone", "edge_columns", "edge_rows", "exposure_loop",
     "falloff_exponent", "fixed_pattern", "gamma_points", "lean", "noise_levels", "photon_transfer", "row_time_us",
     "transfer", "unsteadiness",
 ]  # fmt: skip
@@ -30,6 +29,8 @@ __all__ = [
 Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
 Whole = npt.NDArray[np.int64]
+Interval = tuple[float, float]
+"""Least and largest mean grey of an end of the control zone."""
 NoiseLevels = tuple[Floats, Floats, Whole]
 """Mean grey, its variance over time and the number of pixels of each bin of pixels, (N,) each."""
 
@@ -482,47 +483,10 @@ def falloff_exponent(flat: Images, focal_px: float) -> float:
 # The loop that controls the exposure time.
 
 
-@dataclass(frozen=True, slots=True)
-class ExposureLoop:
-    """Measured properties of the loop that controls the exposure time.
+def exposure_loop(sequences: Sequence[Images]) -> tuple[float, int, bool]:
+    """Measure the steps of the loop that controls the exposure, from pictures of still scenes on which it settles.
 
-    Parameters
-    ----------
-    step
-        One step of the exposure, as a share of the exposure.
-    steps
-        The largest number of steps observed in a frame.
-    low, high
-        The ends of the control zone (the dead band), as intervals of mean grey; ``None`` if no sequence came from
-        below, or from above.
-    certain
-        Whether the changes determine the step: no other step fits, and a chance fit is unlikely. Otherwise step and
-        zone may be wrong, and more sequences are needed.
-    """
-
-    step: float
-    steps: int
-    low: tuple[float, float] | None
-    high: tuple[float, float] | None
-    certain: bool = True
-
-    @property
-    def target(self) -> float | None:
-        """The middle of the zone, grey; ``None`` if only one end is known."""
-        return None if self.low is None or self.high is None else (sum(self.low) + sum(self.high)) / 4.0
-
-    @property
-    def zone(self) -> float | None:
-        """Half the width of the zone, in grey levels."""
-        return None if self.low is None or self.high is None else (sum(self.high) - sum(self.low)) / 4.0
-
-
-def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
-    """Measure the loop that controls the exposure from pictures of still scenes on which it settles.
-
-    Between two frames the loop changes the exposure by whole steps, and so the mean of the picture. It ends as soon as
-    the mean is in its zone: a step earlier the mean was still outside. So each sequence gives an interval for one end
-    of the zone, and several sequences narrow it.
+    Between two frames the loop changes the exposure by whole steps, and so the mean of the picture.
 
     Parameters
     ----------
@@ -531,15 +495,20 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
 
     Returns
     -------
-    ExposureLoop
-        The step of the exposure, and the ends of the zone that the sequences show.
+    step : float
+        One step of the exposure, as a share of the exposure: ``ae_step`` of `colias_sim.CameraConfig`.
+    steps : int
+        The largest number of steps observed in a frame: ``ae_steps``.
+    certain : bool
+        Whether the changes determine the step: no other step fits, and a chance fit is unlikely. Otherwise step and
+        zone may be wrong, and more sequences are needed.
 
     Raises
     ------
     CalibrationError
         No sequence changes and comes to rest, or no step fits.
     """
-    settled = [changes for changes in map(_changes, sequences) if changes]
+    settled = _settled(sequences)
     if not settled:
         raise CalibrationError("no sequence of frames settles: the mean grey should change, and then rest for 2 frames")
     jumps = [jump for changes in settled for jump, _ in changes]
@@ -548,12 +517,39 @@ def exposure_loop(sequences: Sequence[Images]) -> ExposureLoop:
     if fit is None:
         raise CalibrationError("the exposure changes by no whole multiples of a step: does the light stay the same?")
     step, steps = fit
-    low, high = _end_of_zone(settled, 1.0 + step), _end_of_zone(settled, 1.0 - step)
-    return ExposureLoop(step, steps, low, high, _is_certain(settled, jumps, steps))
+    return step, steps, _is_certain(settled, jumps, steps)
+
+
+def control_zone(sequences: Sequence[Images], step: float) -> tuple[Interval | None, Interval | None]:
+    """Measure the zone of mean grey in which the loop leaves the exposure as it is: its dead band.
+
+    The loop ends as soon as the mean is in its zone: a step earlier the mean was still outside. So each sequence gives
+    an interval for one end of the zone, and several sequences narrow it. The middle of the zone is ``ae_target`` of
+    `colias_sim.CameraConfig`, and half its width ``ae_zone``.
+
+    Parameters
+    ----------
+    sequences
+        Frames, as in `exposure_loop`.
+    step
+        The step that `exposure_loop` found.
+
+    Returns
+    -------
+    low, high : tuple of float or None
+        Least and largest mean grey of the zone's two ends; ``None`` if no sequence came from below, or from above.
+    """
+    settled = _settled(sequences)
+    return _end_of_zone(settled, 1.0 + step), _end_of_zone(settled, 1.0 - step)
 
 
 _Changes = list[tuple[float, float]]
 """Changes of a sequence that comes to rest: the logarithm of each change of the mean, and the mean before it."""
+
+
+def _settled(sequences: Sequence[Images]) -> list[_Changes]:
+    """List the changes of each sequence that comes to rest."""
+    return [changes for changes in map(_changes, sequences) if changes]
 
 
 def _changes(frames: Images) -> _Changes:

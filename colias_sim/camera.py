@@ -14,7 +14,7 @@ from colias_sim.config import CameraConfig, check_tunable, needs_lamps
 from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, next_exposure, plan_frame, settle
 from colias_sim.offscreen import Offscreen
 from colias_sim.optics import Lamps, Noise, Tone, falloff, point_spread
-from colias_sim.scene import OWN_BODY_GROUP, FrameClock
+from colias_sim.scene import OWN_BODY_GROUP, steps_per_frame
 from colias_sim.sensor import Sensor, render_shape, slots_of
 
 Floats = npt.NDArray[np.float32]
@@ -76,7 +76,7 @@ class Camera:
 
     def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
         self.config = self._made_with = config
-        self._steps = FrameClock(config.fps).steps
+        self._steps = steps_per_frame(config.fps)
         self._eye = mujoco.MjvCamera()
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
         self._option = mujoco.MjvOption()

@@ -665,7 +665,7 @@ class PathFollower:
 
         Returns
         -------
-        WheelSpeeds
+        tuple of float
             The speeds.
         """
         self._go_on()
@@ -676,7 +676,7 @@ class PathFollower:
                 self._moved = False  # the robot does not hold its place while it turns
                 return self._turned(stretch, now)
             if not self._moved:
-                return WheelSpeeds(0.0, 0.0)
+                return 0.0, 0.0
         return self._followed(dt)
 
     def look(self) -> None:
@@ -786,7 +786,7 @@ class OpenLoop:
 
         Returns
         -------
-        list of tuple[WheelSpeeds, int]
+        list of tuple
             Wheel speeds, and the number of slots that each pair lasts; empty for a robot without a board.
         """
         means = [self._schedule.mean(i * self._slot, (i + 1) * self._slot) for i in range(self._slots)]

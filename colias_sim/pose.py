@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+WheelSpeeds = tuple[float, float]
+"""Speeds of the left and the right wheel at their rims, in m/s, forward positive."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:
@@ -21,20 +24,6 @@ class Pose:
     x: float
     y: float
     heading: float
-
-
-@dataclass(frozen=True, slots=True)
-class WheelSpeeds:
-    """Speeds of the two wheels.
-
-    Parameters
-    ----------
-    left, right
-        Speeds at the rims in m/s, forward positive.
-    """
-
-    left: float
-    right: float
 
 
 def bearing(observer: Pose, target: Pose, forward: float) -> float:

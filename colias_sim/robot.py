@@ -139,12 +139,12 @@ class Robot:
 
         Returns
         -------
-        WheelSpeeds
+        tuple of float
             The same speeds, or with 8-bit powers (`RobotConfig`) the speeds of the nearest powers.
         """
         if self._motors is None:
             return wheels
-        return WheelSpeeds(*self._motors.speeds(*self._motors.powers(wheels.left, wheels.right)))
+        return self._motors.speeds(*self._motors.powers(*wheels))
 
     def drive(self, wheels: WheelSpeeds) -> None:
         """Command wheel speeds until the next call. Beyond ``max_speed_cm_s`` they saturate.
@@ -157,8 +157,7 @@ class Robot:
             The wanted speeds.
         """
         self._eased = False
-        real = self._commanded(wheels)
-        self._turn(real.left, real.right)
+        self._turn(*self._commanded(wheels))
 
     def queue(self, wheels: WheelSpeeds, slots: int) -> None:
         """Append a command to the motor board's queue.
@@ -178,8 +177,7 @@ class Robot:
         if self._board is None:
             raise ValueError("command_slot_ms=0: this robot has no queue of commands")
         self._eased = False
-        real = self.realised(wheels)
-        self._board.put((real.left, real.right), float(self._data.time), slots)
+        self._board.put(self.realised(wheels), float(self._data.time), slots)
 
     def tick(self) -> None:
         """Start the motor board's command of the present slot. `Simulation` calls it.
@@ -196,8 +194,8 @@ class Robot:
         if self._board is None:
             return real
         now = float(self._data.time)
-        self._board.put((real.left, real.right), now, preempt=True)
-        return WheelSpeeds(*self._board.at(now))
+        self._board.put(real, now, preempt=True)
+        return self._board.at(now)
 
     def _turn(self, left: float, right: float) -> None:
         self._left[0], self._right[0] = left / self._radius, right / self._radius
@@ -217,9 +215,9 @@ class Robot:
         left, right = self._left.item() * self._radius, self._right.item() * self._radius
         most = EASE * dt
         self._eased = True
-        wanted = self._commanded(wheels)
+        wanted_left, wanted_right = self._commanded(wheels)
         self._turn(
-            left + min(max(wanted.left - left, -most), most), right + min(max(wanted.right - right, -most), most)
+            left + min(max(wanted_left - left, -most), most), right + min(max(wanted_right - right, -most), most)
         )
 
     def wheels_for(self, speed: float, turn: float) -> WheelSpeeds:
@@ -234,13 +232,13 @@ class Robot:
 
         Returns
         -------
-        WheelSpeeds
+        tuple of float
             The speeds. If one exceeds the maximum, both are scaled by one factor, which preserves the curvature.
         """
         left, right = speed - turn * self._track / 2, speed + turn * self._track / 2
         limit = self.config.max_speed_cm_s / 100
         scale = min(1.0, limit / max(abs(left), abs(right), 1e-9))
-        return WheelSpeeds(left * scale, right * scale)
+        return left * scale, right * scale
 
 
 class ParkedRobot:

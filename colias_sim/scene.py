@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import cv2
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.arena import Arena, one_line
+from colias_sim.arena import arena_spec, one_line
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.obstacles import FENCE, check_room
 from dsnn.pictures import read_picture
@@ -47,37 +46,24 @@ LONGEST_STEP = 0.0019
 """Longest physics step, in seconds. The drive is tested with steps of up to 2 ms."""
 
 
-@dataclass(frozen=True, slots=True)
-class FrameClock:
-    """The division of a camera frame into wheel commands, and of each command into physics steps.
+def commands_per_frame(fps: float) -> int:
+    """Number of wheel commands in a frame of a camera with ``fps`` frames per second: 2 at 30 fps."""
+    return max(1, round(COMMAND_RATE / fps))
 
-    Parameters
-    ----------
-    fps
-        Camera frames per second.
-    """
 
-    fps: float
+def steps_per_command(fps: float) -> int:
+    """Number of physics steps between two wheel commands: 9 at 30 fps."""
+    return math.ceil(1.0 / (fps * commands_per_frame(fps) * LONGEST_STEP))
 
-    @property
-    def commands(self) -> int:
-        """Number of wheel commands in a frame: 2 at 30 fps."""
-        return max(1, round(COMMAND_RATE / self.fps))
 
-    @property
-    def command_steps(self) -> int:
-        """Number of physics steps between commands: 9 at 30 fps."""
-        return math.ceil(1.0 / (self.fps * self.commands * LONGEST_STEP))
+def steps_per_frame(fps: float) -> int:
+    """Number of physics steps in a frame: 18 at 30 fps."""
+    return commands_per_frame(fps) * steps_per_command(fps)
 
-    @property
-    def steps(self) -> int:
-        """Number of physics steps in a frame: 18 at 30 fps."""
-        return self.commands * self.command_steps
 
-    @property
-    def timestep(self) -> float:
-        """Length of a physics step, in seconds: 1.85 ms at 30 fps."""
-        return 1.0 / (self.fps * self.steps)
+def timestep(fps: float) -> float:
+    """Length of a physics step, in seconds: 1.85 ms at 30 fps."""
+    return 1.0 / (fps * steps_per_frame(fps))
 
 
 def compose(
@@ -107,11 +93,11 @@ def compose(
     Raises
     ------
     ValueError
-        The arena or a variant is unknown, `colias_sim.arena.Arena` refuses the arena, or ``eye_of`` is not one of the
-        robots.
+        The arena or a variant is unknown, `colias_sim.arena.arena_spec` refuses the arena, or ``eye_of`` is not one of
+        the robots.
     """
-    spec = Arena.read(scene.arena).spec()
-    spec.option.timestep = FrameClock(camera.fps).timestep
+    spec = arena_spec(scene.arena)
+    spec.option.timestep = timestep(camera.fps)
     if scene.wall:
         set_wall(spec, scene.wall)
     if eye_of not in list(robots) or any(variant not in list(ROBOTS) for variant in robots.values()):
@@ -173,7 +159,7 @@ def compile_arena(source: str) -> mujoco.MjModel:
     ValueError
         The arena is refused. The message is one line.
     """
-    return _compiled(Arena.read(source).spec(), source)
+    return _compiled(arena_spec(source), source)
 
 
 def _compiled(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:

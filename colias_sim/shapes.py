@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.scene import COLLISION_GROUP, robot_spec
 
-Vector = tuple[float, float, float]
 Kind = Literal["cylinder", "box", "ellipsoid"]
 KINDS: dict[int, Kind] = {
     int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
@@ -22,33 +21,16 @@ KINDS: dict[int, Kind] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A solid of a robot, in the robot's own axes: x ahead, y to the left, z up from the floor.
+SOLID = np.dtype([("half_size", float, 3), ("centre", float, 3), ("turn", float, 4), ("colour", np.uint8, 3)])
+"""A solid in the robot's own axes: x ahead, y to the left, z up from the floor.
 
-    Parameters
-    ----------
-    kind
-        The kind of solid.
-    half_size
-        Half its extents along its own axes, in metres. For a cylinder: radius, radius, half the height.
-    centre
-        Its centre, in metres.
-    turn
-        Its orientation, a quaternion (x, y, z, w).
-    colour
-        Its colour, RGB, 0 to 255.
-    """
-
-    kind: Kind
-    half_size: Vector
-    centre: Vector
-    turn: tuple[float, float, float, float]
-    colour: tuple[int, int, int]
+``half_size``: half its extents along its own axes, in metres; for a cylinder: radius, radius, half the height.
+``centre``: in metres. ``turn``: its orientation, a quaternion (x, y, z, w). ``colour``: RGB, 0 to 255.
+"""
 
 
 @lru_cache(maxsize=32)
-def robot_shapes(variant: str, scene: SceneConfig) -> tuple[Shape, ...]:
+def robot_shapes(variant: str, scene: SceneConfig) -> dict[Kind, npt.NDArray[np.void]]:
     """List the visible solids of a robot, without transparent and collision-only ones.
 
     Parameters
@@ -60,15 +42,19 @@ def robot_shapes(variant: str, scene: SceneConfig) -> tuple[Shape, ...]:
 
     Returns
     -------
-    tuple of Shape
-        The solids of the body, then of the wheels.
+    dict of str to ndarray
+        Kind -> its solids, (N,) with the fields of `SOLID`: those of the body, then of the wheels.
     """
     model = robot_spec(variant, RobotConfig(), CameraConfig(), scene).compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     base = model.body("base").id
     drawn = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] and _visible(model, geom)]
-    return tuple(_shape(model, data, geom, data.xpos[base]) for geom in drawn)
+    solids: dict[Kind, list[tuple[Any, ...]]] = {}
+    for geom in drawn:
+        solid = _solid(model, data, geom, data.xpos[base])
+        solids.setdefault(KINDS[int(model.geom_type[geom])], []).append(solid)
+    return {kind: np.array(ones, SOLID) for kind, ones in solids.items()}
 
 
 def _visible(model: mujoco.MjModel, geom: int) -> bool:
@@ -82,16 +68,14 @@ def _rgba(model: mujoco.MjModel, geom: int) -> list[float]:
     return [float(part) for part in (model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])]
 
 
-def _shape(model: mujoco.MjModel, data: mujoco.MjData, geom: int, origin: np.ndarray) -> Shape:
-    kind = KINDS[int(model.geom_type[geom])]
-    x, y, z = (float(part) for part in model.geom_size[geom])
-    if kind == "cylinder":
-        half = x, x, y
-    else:
-        half = (x, x, x) if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_SPHERE) else (x, y, z)
+def _solid(model: mujoco.MjModel, data: mujoco.MjData, geom: int, origin: np.ndarray) -> tuple[Any, ...]:
+    """Return the fields of a geom as a `SOLID`."""
+    half = model.geom_size[geom].copy()
+    if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_CYLINDER):
+        half[1:] = half[:2]
+    elif model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_SPHERE):
+        half[:] = half[0]
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, data.geom_xmat[geom])
-    w, *turn = (float(part) for part in quaternion)
-    centre = [float(part) for part in data.geom_xpos[geom] - origin]
-    red, green, blue = (round(255 * part) for part in _rgba(model, geom)[:3])
-    return Shape(kind, half, (centre[0], centre[1], centre[2]), (turn[0], turn[1], turn[2], w), (red, green, blue))
+    colour = [round(255 * part) for part in _rgba(model, geom)[:3]]
+    return half, data.geom_xpos[geom] - origin, np.roll(quaternion, -1), colour

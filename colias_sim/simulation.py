@@ -18,7 +18,7 @@ from colias_sim.exposure import FramePlan, Render
 from colias_sim.obstacles import obstacles
 from colias_sim.pose import Pose
 from colias_sim.robot import ParkedRobot, Robot
-from colias_sim.scene import FrameClock, compile_model
+from colias_sim.scene import compile_model, steps_per_command, steps_per_frame, timestep
 
 SETTLE_STEPS = 150
 """Physics steps for robots to settle on their wheels at a reset."""
@@ -97,8 +97,8 @@ class Simulation:
         self.everyone: dict[str, Robot | ParkedRobot] = {**self.robots, **self.parked}
         self._queuing = tuple(robot for robot in self.robots.values() if robot.queues)
         self.frame_interval = 1.0 / camera.fps
-        self._clock = FrameClock(camera.fps)
-        self.command_interval = self._clock.command_steps * self._clock.timestep
+        self._steps, self._command_steps = steps_per_frame(camera.fps), steps_per_command(camera.fps)
+        self.command_interval = self._command_steps * timestep(camera.fps)
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
         self._wall_quat = self.model.body("wall").quat
         self.wall_turn = 0.0
@@ -236,7 +236,7 @@ class Simulation:
         """
         camera = self._camera
         plans = (camera.plan if look else None, camera.next_plan) if camera else (None, None)
-        for steps, command, renders in _events(self._clock, *plans):
+        for steps, command, renders in _events(self._steps, self._command_steps, *plans):
             if command and control is not None:
                 control(self.command_interval)
             if command:
@@ -256,21 +256,21 @@ class Simulation:
 
 @lru_cache(maxsize=512)
 def _events(
-    clock: FrameClock, plan: FramePlan | None, following: FramePlan | None
+    frame: int, command: int, plan: FramePlan | None, following: FramePlan | None
 ) -> tuple[tuple[int, bool, tuple[Render, ...]], ...]:
     """Divide a frame into parts: (physics steps, whether a command precedes them, renders after them).
 
-    It includes the renders of the frame's ``plan``, and renders of the ``following`` frame that are due within this
-    one.
+    ``frame`` and ``command`` are the physics steps in a frame, and between two commands. The renders are those of the
+    frame's ``plan``, and those of the ``following`` frame that are due within this one.
     """
-    commands = range(0, clock.steps, clock.command_steps)
+    commands = range(0, frame, command)
     due = [render for render in plan.renders if render.step >= 1] if plan else []
     due += [
-        dataclasses.replace(render, step=render.step + clock.steps, ahead=True)
+        dataclasses.replace(render, step=render.step + frame, ahead=True)
         for render in (following.renders if following else ())
         if render.step < 1
     ]
     due.sort(key=lambda render: render.step)
     renders = {step: tuple(group) for step, group in groupby(due, key=lambda render: render.step)}
-    marks = sorted({*commands, *renders, clock.steps})
+    marks = sorted({*commands, *renders, frame})
     return tuple((end - start, start in commands, renders.get(end, ())) for start, end in pairwise(marks))

@@ -98,7 +98,7 @@ import gymnasium as gym
 
 from colias_sim.envs.avoidance import ENTRY as AVOIDANCE
 from colias_sim.envs.fixation import ENTRY as FIXATION
-from colias_sim.envs.measures import RETURN, EnvEntry, EpisodeColumn, Measure
+from colias_sim.envs.measures import RETURN, EnvEntry, EpisodeColumn, EpisodeMeasure
 from colias_sim.envs.optomotor import ENTRY as OPTOMOTOR
 from colias_sim.envs.pursuit import ENTRY as PURSUIT
 from colias_sim.envs.randomise import FACTORS, PRESETS
@@ -106,7 +106,7 @@ from colias_sim.envs.senses import NEURAL
 from colias_sim.envs.state import Other, State
 
 __all__ = [
-    "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "EnvEntry", "EpisodeColumn", "Measure", "Other", "State",
+    "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "EnvEntry", "EpisodeColumn", "EpisodeMeasure", "Other", "State",
     "register_envs",
 ]  # fmt: skip
 

@@ -28,7 +28,7 @@ from colias_sim.envs.senses import (
 )
 from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
 from colias_sim.gl import has_screen
-from colias_sim.pose import Pose, WheelSpeeds, bearing
+from colias_sim.pose import Pose, bearing
 from colias_sim.streams import clearing, episode, film, world
 
 if TYPE_CHECKING:
@@ -272,7 +272,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
         self._wheels = self._steer(self._wheels_of(action))
         (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
-        self._command = WheelSpeeds(left * self._fastest * left_gain, right * self._fastest * right_gain)
+        self._command = left * self._fastest * left_gain, right * self._fastest * right_gain
         self._responses: list[Response] = []
         self._driven = 0.0
         terms: dict[str, float] = {}

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import TargetEnv
 from colias_sim.envs.geometry import HULL_RADIUS, random_poses
-from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, EpisodeColumn, Measure
+from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, EpisodeColumn, EpisodeMeasure
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Orbit
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
@@ -30,8 +30,8 @@ ENTRY = EnvEntry(
     baselines=("random-walk", "straight", "oracle-target"),
     measures=(
         TIME_ON_TARGET,
-        Measure("off axis (deg)", "mean", "off_axis_deg"),
-        Measure("RMS off axis (deg)", "mean", "rms_off_axis_deg"),
+        EpisodeMeasure("off axis (deg)", "mean", "off_axis_deg"),
+        EpisodeMeasure("RMS off axis (deg)", "mean", "rms_off_axis_deg"),
     ),
     columns=(IN_VIEW, OFF_AXIS, EpisodeColumn("rms_off_axis_deg", "rms", "bearing_deg")),
     note="Time on target: the share of frames with the target within 35 degrees of the axis.",

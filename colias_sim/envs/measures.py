@@ -44,7 +44,7 @@ class EpisodeColumn:
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
+class EpisodeMeasure:
     """A measure of an agent over episodes, with a 95 % interval.
 
     Parameters
@@ -66,11 +66,11 @@ class Measure:
     per: float = 1.0
 
 
-COLLISIONS_PER_MINUTE = Measure("collisions/min", "collision_rate", "seconds", per=60.0)
-COLLISIONS_PER_METRE = Measure("collisions/m", "collision_rate", "driven_m")
-FREE_DISTANCE = Measure("free distance (m)", "free_distance", "driven_m")
-TIME_ON_TARGET = Measure("time on target", "mean", "in_view")
-RETURN = Measure("return", "mean", "reward")
+COLLISIONS_PER_MINUTE = EpisodeMeasure("collisions/min", "collision_rate", "seconds", per=60.0)
+COLLISIONS_PER_METRE = EpisodeMeasure("collisions/m", "collision_rate", "driven_m")
+FREE_DISTANCE = EpisodeMeasure("free distance (m)", "free_distance", "driven_m")
+TIME_ON_TARGET = EpisodeMeasure("time on target", "mean", "in_view")
+RETURN = EpisodeMeasure("return", "mean", "reward")
 """The sum of an episode's rewards. Every env has it, as its last measure."""
 
 IN_VIEW = EpisodeColumn("in_view", "share", "in_view")
@@ -107,12 +107,12 @@ class EnvEntry:
     max_episode_steps: int
     summary: str
     baselines: tuple[str, ...] = ()
-    measures: tuple[Measure, ...] = ()
+    measures: tuple[EpisodeMeasure, ...] = ()
     columns: tuple[EpisodeColumn, ...] = ()
     note: str = ""
     draws_paths: bool = False
 
     @property
-    def all_measures(self) -> tuple[Measure, ...]:
+    def all_measures(self) -> tuple[EpisodeMeasure, ...]:
         """The env's measures and `RETURN`, in the order of a table's columns."""
         return (*self.measures, RETURN)

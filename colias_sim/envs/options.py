@@ -84,9 +84,9 @@ def _configured(kind: type[CameraConfig] | type[RobotConfig], value: Any) -> Any
 
 Arena = Annotated[str, AfterValidator(known_arena)]
 """The name of a registered arena, or the path of your own file."""
-Camera = Annotated[CameraConfig, BeforeValidator(partial(_configured, CameraConfig))]
+CameraSettings = Annotated[CameraConfig, BeforeValidator(partial(_configured, CameraConfig))]
 """A camera: a preset's name, settings by name (with ``preset``, changes to it), or a configuration."""
-Wheels = Annotated[RobotConfig, BeforeValidator(partial(_configured, RobotConfig))]
+RobotSettings = Annotated[RobotConfig, BeforeValidator(partial(_configured, RobotConfig))]
 """A robot, likewise."""
 Randomise = Annotated[float | Mapping[str, Range], PlainValidator(checked_randomise)]
 """A strength, a preset's name, or factors with their ranges (with ``preset``, additions to it)."""
@@ -107,9 +107,9 @@ class EnvOptions:
     """Other robots in the arena."""
     arena: Arena = "bright"
     """An arena of scenes, or your own file."""
-    camera: Camera = Field(default=cast(Any, "default"), validate_default=True)
+    camera: CameraSettings = Field(default=cast(Any, "default"), validate_default=True)
     """The observer's camera: a preset, settings by name (with preset, changes to it), or a CameraConfig."""
-    robot: Wheels = Field(default=cast(Any, "default"), validate_default=True)
+    robot: RobotSettings = Field(default=cast(Any, "default"), validate_default=True)
     """Body and wheels of all robots: a preset, settings by name, or a RobotConfig."""
     noise: float = Field(default=1.0, ge=0.0, le=10.0)
     """Camera noise, times the camera's own."""

@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.geometry import random_poses
-from colias_sim.envs.measures import EnvEntry, EpisodeColumn, Measure
+from colias_sim.envs.measures import EnvEntry, EpisodeColumn, EpisodeMeasure
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, parked_robots
@@ -25,8 +25,8 @@ ENTRY = EnvEntry(
     summary="hold the heading against a turning drum or a push",
     baselines=("random-walk", "straight", "oracle-heading"),
     measures=(
-        Measure("optomotor gain", "mean", "optomotor_gain"),
-        Measure("RMS slip (deg/s)", "mean", "rms_slip_deg_s"),
+        EpisodeMeasure("optomotor gain", "mean", "optomotor_gain"),
+        EpisodeMeasure("RMS slip (deg/s)", "mean", "rms_slip_deg_s"),
     ),
     columns=(
         EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),

@@ -19,7 +19,7 @@ from colias_sim.envs.measures import (
     TIME_ON_TARGET,
     EnvEntry,
     EpisodeColumn,
-    Measure,
+    EpisodeMeasure,
 )
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Wander
@@ -32,7 +32,7 @@ ENTRY = EnvEntry(
     max_episode_steps=900,
     summary="follow another robot at a set distance",
     baselines=("random-walk", "straight", "oracle-distance"),
-    measures=(TIME_ON_TARGET, Measure("gap error (cm)", "mean", "gap_error_cm"), COLLISIONS_PER_MINUTE),
+    measures=(TIME_ON_TARGET, EpisodeMeasure("gap error (cm)", "mean", "gap_error_cm"), COLLISIONS_PER_MINUTE),
     columns=(
         IN_VIEW,
         OFF_AXIS,

@@ -31,7 +31,7 @@ class Driver(Protocol):
 
         Returns
         -------
-        WheelSpeeds
+        tuple of float
             The speeds to command, in m/s.
         """
         ...

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from colias_sim.envs.geometry import gap_to_arena, gap_to_robot
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.state import Other, State
-from colias_sim.pose import Pose, WheelSpeeds
+from colias_sim.pose import Pose
 from colias_sim.robot import Robot
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class World:
 
     def _rest(self) -> None:
         """Reset the episode's state to its state before the first episode; the simulation does not change."""
-        self._command = WheelSpeeds(0.0, 0.0)
+        self._command = 0.0, 0.0
         self._delay(0.0)
         self._drivers: Mapping[str, Driver] = {}
         self._drift = self._driven = 0.0

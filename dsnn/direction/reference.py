@@ -20,8 +20,6 @@ from dsnn.model import LayerMaps, Response
 from dsnn.params import DSNNParams
 
 Map = npt.NDArray[np.float64]
-Polarity = Literal["common", "centre"]
-"""Which sign LA takes."""
 LEAST_ENERGY = 1.0
 """Least energy for an azimuth, as ``DSNN_LEAST_ENERGY`` in C. Noise alone has less energy and gives no direction."""
 
@@ -34,7 +32,7 @@ def retina(luminance: Map, previous: Map, residues: Sequence[Map], u: float) -> 
     return p
 
 
-def lamina(p: Map, kernel_e: Map, kernel_i: Map, polarity: Polarity = "common") -> Map:
+def lamina(p: Map, kernel_e: Map, kernel_i: Map, polarity: Literal["common", "centre"] = "common") -> Map:
     """Compute the difference of Gaussians, signed by the common polarity of centre and surround, or by the centre's."""
     p_e, p_i = blur(p, kernel_e), blur(p, kernel_i)  # two-gauss
     la = np.abs(p_e - p_i)  # polar-dogs
@@ -76,7 +74,7 @@ def correlate(f: Map, delays: Sequence[Map], d: int, w_i: float, axis: int) -> f
     return total
 
 
-def sigmoid(x: float, scale: float) -> float:
+def odd_sigmoid(x: float, scale: float) -> float:
     """Compute the odd sigmoid, with values in (-0.5, 0.5); ``scale`` is C R K_sig."""
     return math.copysign(1.0 / (1.0 + exp(-abs(x) / scale)) - 0.5, x)  # sigmoid
 
@@ -168,6 +166,6 @@ class ReferenceNetwork:
         """Compute HS and VS: the sum of the intact pathways' sigmoid potentials."""
         scale = self._shape[0] * self._shape[1] * self._params.k_sig
         intact = [p for p, on in ((self._on, self._params.on), (self._off, self._params.off)) if on]
-        hs = sum((sigmoid(p.lp_hs, scale) for p in intact), 0.0)  # HS-VS
-        vs = sum((sigmoid(p.lp_vs, scale) for p in intact), 0.0)
+        hs = sum((odd_sigmoid(p.lp_hs, scale) for p in intact), 0.0)  # HS-VS
+        vs = sum((odd_sigmoid(p.lp_vs, scale) for p in intact), 0.0)
         return hs, vs

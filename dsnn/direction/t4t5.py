@@ -8,7 +8,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
-from dsnn.direction.reference import sigmoid
+from dsnn.direction.reference import odd_sigmoid
 from dsnn.field_docs import parameters
 from dsnn.filters import total
 from dsnn.model import Model, Response
@@ -81,4 +81,4 @@ class T4T5(Model[T4T5Params]):
         motion = self._local.step(luminance)
         right, left, down, up = (total(part) for part in motion)
         scale = self.params.k_sig * self.shape[0] * self.shape[1]
-        return Response(sigmoid(right - left, scale), sigmoid(down - up, scale))
+        return Response(odd_sigmoid(right - left, scale), odd_sigmoid(down - up, scale))

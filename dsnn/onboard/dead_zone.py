@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,34 +28,7 @@ SMALL = 1 / 64
 """A dead zone up to this share of D's range is negligible: companded codes have equal, small steps there."""
 
 
-@dataclass(frozen=True, slots=True)
-class DeadZone:
-    """The dead zone of the longest delay. Shares refer to the range of D, which equals the range of F.
-
-    Parameters
-    ----------
-    tau_ms
-        The longest delay, ms.
-    falling
-        The largest D that stays constant while F is 0, as a share.
-    rising
-        The largest F to which D does not rise from 0, as a share.
-    longest_ms
-        The longest delay with which both shares are at most `SMALL`, for this format and frame rate.
-    """
-
-    tau_ms: float
-    falling: float
-    rising: float
-    longest_ms: float
-
-    @property
-    def matters(self) -> bool:
-        """Whether the dead zone exceeds `SMALL`."""
-        return max(self.falling, self.rising) > SMALL
-
-
-def dead_zone(params: OnboardParams) -> DeadZone:
+def dead_zone(params: OnboardParams) -> tuple[float, float]:
     """Compute the dead zone of a network's longest delay, by trying its arithmetic.
 
     Parameters
@@ -66,27 +38,42 @@ def dead_zone(params: OnboardParams) -> DeadZone:
 
     Returns
     -------
-    DeadZone
-        The dead zone of the longest of ``params.delays()``.
+    falling, rising : float
+        The largest D that stays constant while F is 0, and the largest F to which D does not rise from 0, as shares of
+        the range of D, which equals the range of F. Up to `SMALL` they are negligible.
 
     Examples
     --------
     >>> from dsnn import OnboardParams
-    >>> from dsnn.onboard.dead_zone import dead_zone
-    >>> dead_zone(OnboardParams(tau_s=(10.0, 200.0))).matters
-    False
-    >>> dead_zone(OnboardParams(tau_s=(10.0, 3000.0))).matters
+    >>> from dsnn.onboard.dead_zone import SMALL, dead_zone
+    >>> max(dead_zone(OnboardParams(tau_s=(10.0, 200.0)))) <= SMALL
     True
+    >>> max(dead_zone(OnboardParams(tau_s=(10.0, 3000.0)))) <= SMALL
+    False
     """
-    tau = max(params.delays())
-    falling, rising = _zone(params, math.floor(alpha(tau, params.dt) * 32768.0 + 0.5))
+    return _zone(params, math.floor(alpha(max(params.delays()), params.dt) * 32768.0 + 0.5))
+
+
+def longest_delay(params: OnboardParams) -> float:
+    """Compute the longest delay without a dead zone above `SMALL`, for a format and a frame rate.
+
+    Parameters
+    ----------
+    params
+        The parameters of the on-board network. Their delays do not matter.
+
+    Returns
+    -------
+    float
+        The delay, in ms.
+    """
     # The dead zone grows as the gain falls, so bisection finds the least gain without one.
     least = 1 + bisect_left(range(1, 32769), True, key=lambda gain: max(_zone(params, gain)) <= SMALL)
-    return DeadZone(tau, falling, rising, params.dt * (32768.0 / (least - 0.5) - 1.0))
+    return params.dt * (32768.0 / (least - 0.5) - 1.0)
 
 
 def _zone(params: OnboardParams, gain: int) -> tuple[float, float]:
-    """Find both shares for a gain in Q15, by trying every D with F = 0, and every F with D = 0."""
+    """Find both shares, falling and rising, for a gain in Q15, by trying every D with F = 0, and every F with D = 0."""
     codes = np.arange(32768 if params.state_bits == 16 else 256)
     values = codes if params.state_bits == 16 else decoded(codes, params.companding)
     most = int(values[-1])

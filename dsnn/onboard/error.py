@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,37 +15,8 @@ from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
 
 
-@dataclass(frozen=True, slots=True)
-class ErrorReport:
-    """Error of the on-board network's potentials and spikes against the float network, HS and VS together.
-
-    Parameters
-    ----------
-    frames
-        Number of frames compared.
-    median, high, worst
-        Median, 99th percentile and maximum of the absolute difference of potentials, over frames and both systems.
-    peak
-        The largest absolute potential of the float network, for comparison.
-    spikes
-        Number of spikes of the float network.
-    gained, lost
-        Spikes of only the on-board or only the float network: the positive and the negative differences of counts,
-        summed over frames and systems. If the signs are opposite, all spikes of both count.
-    """
-
-    frames: int
-    median: float
-    high: float
-    worst: float
-    peak: float
-    spikes: int
-    gained: int
-    lost: int
-
-
-def differences(exact: ResponseSeries, onboard: ResponseSeries) -> ErrorReport:
-    """Compare ``onboard`` with ``exact``, the responses to the same frames."""
+def differences(exact: ResponseSeries, onboard: ResponseSeries) -> dict[str, float]:
+    """Compare ``onboard`` with ``exact``, the responses to the same frames, as `compare` does."""
     size = np.abs(np.concatenate([exact.hs - onboard.hs, exact.vs - onboard.vs]))
     before, after = (np.concatenate([series.hs_spikes, series.vs_spikes]) for series in (exact, onboard))
     turned = before * after < 0
@@ -54,10 +24,10 @@ def differences(exact: ResponseSeries, onboard: ResponseSeries) -> ErrorReport:
     lost = np.where(turned, np.abs(before), np.maximum(np.abs(before) - np.abs(after), 0))
     median, high = np.quantile(size, (0.5, 0.99))
     peak = max(np.abs(exact.hs).max(), np.abs(exact.vs).max())
-    return ErrorReport(
-        len(exact.hs), float(median), float(high), float(size.max()), float(peak), int(np.abs(before).sum()),
-        int(gained.sum()), int(lost.sum()),
-    )  # fmt: skip
+    return {
+        "frames": len(exact.hs), "median": float(median), "high": float(high), "worst": float(size.max()),
+        "peak": float(peak), "spikes": int(np.abs(before).sum()), "gained": int(gained.sum()), "lost": int(lost.sum()),
+    }  # fmt: skip
 
 
 def float_params(params: OnboardParams) -> DSNNParams:
@@ -65,7 +35,7 @@ def float_params(params: OnboardParams) -> DSNNParams:
     return DSNNParams(**{name: getattr(params, name) for name in DSNNParams.__dataclass_fields__})
 
 
-def compare(frames: Iterable[npt.NDArray[Any]], params: OnboardParams) -> ErrorReport:
+def compare(frames: Iterable[npt.NDArray[Any]], params: OnboardParams) -> dict[str, float]:
     """Run the float and the on-board network on the same frames, and compare their responses.
 
     Parameters
@@ -77,8 +47,12 @@ def compare(frames: Iterable[npt.NDArray[Any]], params: OnboardParams) -> ErrorR
 
     Returns
     -------
-    ErrorReport
-        The error of potentials and spikes.
+    dict of str to float
+        ``frames``: number of frames compared. ``median``, ``high``, ``worst``: median, 99th percentile and maximum of
+        the absolute difference of potentials, over frames and both systems, HS and VS. ``peak``: the largest absolute
+        potential of the float network, for comparison. ``spikes``: number of spikes of the float network. ``gained``,
+        ``lost``: spikes of only the on-board or only the float network, the positive and the negative differences of
+        counts, summed over frames and systems. If the signs are opposite, all spikes of both count.
 
     Raises
     ------
@@ -91,7 +65,7 @@ def compare(frames: Iterable[npt.NDArray[Any]], params: OnboardParams) -> ErrorR
     >>> from dsnn.onboard.error import compare
     >>> from dsnn.stimuli import stimulus
     >>> clip = stimulus("plain", rows=72, columns=99)
-    >>> compare([frame.luma for frame in clip], OnboardParams()).worst < 0.1
+    >>> compare([frame.luma for frame in clip], OnboardParams())["worst"] < 0.1
     True
     """
     stack = list(frames)

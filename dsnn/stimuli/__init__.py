@@ -14,7 +14,7 @@ Time runs in steps of one frame, without motion blur.
 
 from dsnn.stimuli.jitter import Jitter
 from dsnn.stimuli.registry import STIMULI, StimulusEntry, stimulus, stimulus_entry
-from dsnn.stimuli.scene_statistics import Contrasts, amplitude_spectrum, contrasts, spectrum_slope
+from dsnn.stimuli.scene_statistics import amplitude_spectrum, contrasts, spectrum_slope
 from dsnn.stimuli.scenes import SCENES, scene
 from dsnn.stimuli.stimulus import Box, ClipParams, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
 
@@ -23,7 +23,6 @@ __all__ = [
     "STIMULI",
     "Box",
     "ClipParams",
-    "Contrasts",
     "Jitter",
     "Stimulus",
     "StimulusEntry",

@@ -11,8 +11,6 @@ from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction, paint
 from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Stimulus, StimulusFrame, Truth, Velocity
 
-Polarity = Literal["on", "off"]
-
 
 @parameters
 class EdgeParams(ClipParams):
@@ -23,7 +21,7 @@ class EdgeParams(ClipParams):
 
     motion: Direction = "rightward"
     """Direction in which the edge moves."""
-    polarity: Polarity = "on"
+    polarity: Literal["on", "off"] = "on"
     """Change that the edge brings; on: brightening, off: darkening."""
     speed: Annotated[float, unit("px/s")] = Field(default=120.0, gt=0.0, le=10_000.0)
     """Speed of the edge."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
@@ -19,29 +17,7 @@ PATCH_PX = 32
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Contrasts:
-    """Contrasts of a picture.
-
-    Parameters
-    ----------
-    rms
-        Standard deviation over mean of its grey levels.
-    log_rms
-        Standard deviation of the natural logarithm of its grey levels, 0 taken as 1.
-    michelson
-        (H - L) / (H + L), where H and L are its 99th and its 1st percentile.
-    local_range
-        97.5th over 2.5th percentile of the RMS contrast in patches of 32 px.
-    """
-
-    rms: float
-    log_rms: float
-    michelson: float
-    local_range: float
-
-
-def contrasts(picture: Luma) -> Contrasts:
+def contrasts(picture: Luma) -> dict[str, float]:
     """Measure the contrasts of a picture.
 
     Parameters
@@ -51,13 +27,15 @@ def contrasts(picture: Luma) -> Contrasts:
 
     Returns
     -------
-    Contrasts
-        The four contrasts.
+    dict of str to float
+        ``rms``: standard deviation over mean of its grey levels. ``log_rms``: standard deviation of the natural
+        logarithm of its grey levels, 0 taken as 1. ``michelson``: (H - L) / (H + L), where H and L are its 99th and its
+        1st percentile. ``local_range``: 97.5th over 2.5th percentile of the RMS contrast in patches of 32 px.
 
     Examples
     --------
     >>> from dsnn.stimuli import contrasts, scene
-    >>> 0.2 < contrasts(scene("dead-leaves", (180, 540), seed=1)).rms < 1.0
+    >>> 0.2 < contrasts(scene("dead-leaves", (180, 540), seed=1))["rms"] < 1.0
     True
     """
     grey = np.asarray(picture, np.float64)
@@ -66,12 +44,12 @@ def contrasts(picture: Luma) -> Contrasts:
     patches = grey[: rows * PATCH_PX, : columns * PATCH_PX].reshape(rows, PATCH_PX, columns, PATCH_PX)
     local = patches.std(axis=(1, 3)) / np.maximum(patches.mean(axis=(1, 3)), 1.0)
     least, most = np.percentile(local, (2.5, 97.5))
-    return Contrasts(
-        rms=float(grey.std() / grey.mean()),
-        log_rms=float(np.log(np.maximum(grey, 1.0)).std()),
-        michelson=float((high - low) / (high + low)),
-        local_range=float(most / least) if least else float("inf"),
-    )
+    return {
+        "rms": float(grey.std() / grey.mean()),
+        "log_rms": float(np.log(np.maximum(grey, 1.0)).std()),
+        "michelson": float((high - low) / (high + low)),
+        "local_range": float(most / least) if least else float("inf"),
+    }
 
 
 def amplitude_spectrum(picture: Luma) -> tuple[Floats, Floats]:

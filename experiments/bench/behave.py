@@ -15,7 +15,7 @@ import polars as pl
 from gymnasium.envs.registration import load_env_creator
 from threadpoolctl import threadpool_limits
 
-from colias_sim.arena import Arena
+from colias_sim.arena import arena_files
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.randomise import PRESET
@@ -82,7 +82,7 @@ class BehaviourPlan:
     def describe(self) -> dict[str, Any]:
         """Return what ``run.json`` holds."""
         arena = self.options.get("arena", "")
-        files = [*map(str, Arena.read(arena).files)] if isinstance(arena, str) and is_arena_file(arena) else []
+        files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
         sources = [*self.behaviours, *(one.model for one in self.loaded()), *files]
         return {
             "kind": "episodes", "experiment": "behave", "behaviours": self.behaviours, "env": self.env,

@@ -18,9 +18,16 @@ from colias_sim import (
     Stretch,
     Tracker,
 )
-from colias_sim.scene import LONGEST_STEP, FrameClock, compile_model
+from colias_sim.scene import (
+    LONGEST_STEP,
+    commands_per_frame,
+    compile_model,
+    steps_per_command,
+    steps_per_frame,
+    timestep,
+)
 
-COMMAND_STEPS = FrameClock(30.0).command_steps
+COMMAND_STEPS = steps_per_command(30.0)
 START = Pose(0.1, 0.15, -math.pi / 2)
 
 
@@ -87,9 +94,9 @@ def test_kinematics_hold_in_physics(speed, turn):
 
 def test_wheels_saturate_together():
     _, _, robot = bench()
-    wheels = robot.wheels_for(0.35, 5.0)
-    assert max(abs(wheels.left), abs(wheels.right)) == pytest.approx(0.35)
-    assert (wheels.right - wheels.left) / (wheels.left + wheels.right) == pytest.approx(5.0 * 0.032 / 2 / 0.35)
+    left, right = robot.wheels_for(0.35, 5.0)
+    assert max(abs(left), abs(right)) == pytest.approx(0.35)
+    assert (right - left) / (left + right) == pytest.approx(5.0 * 0.032 / 2 / 0.35)
 
 
 def test_the_motor_limit_holds_in_physics():
@@ -156,8 +163,7 @@ def test_a_schedule_is_what_constant_acceleration_gives():
 
 @pytest.mark.parametrize("fps", [5.0, 24.0, 30.0, 60.0, 120.0])
 def test_a_frame_divides_into_whole_commands_and_short_steps(fps):
-    clock = FrameClock(fps)
-    assert clock.steps == clock.commands * clock.command_steps
-    assert clock.timestep <= LONGEST_STEP
-    assert clock.timestep * clock.steps * fps == pytest.approx(1.0)
-    assert 40 <= fps * clock.commands <= 120
+    assert steps_per_frame(fps) == commands_per_frame(fps) * steps_per_command(fps)
+    assert timestep(fps) <= LONGEST_STEP
+    assert timestep(fps) * steps_per_frame(fps) * fps == pytest.approx(1.0)
+    assert 40 <= fps * commands_per_frame(fps) <= 120

@@ -22,7 +22,7 @@ from colias_sim.calibrate import (
     transfer,
 )
 from colias_sim.exposure import next_exposure, plan_frame
-from colias_sim.scene import FrameClock
+from colias_sim.scene import steps_per_frame, timestep
 
 LENS = CameraConfig().forward_cm / 100
 PLAIN = SceneConfig(arena="plain", light_sd=0, turn_wall=False)
@@ -37,7 +37,7 @@ Floats = npt.NDArray[np.float64]
 # Rolling shutter.
 
 ROLLING = dataclasses.replace(
-    QUIET, fps=5.0, row_time_us=1e6 * FrameClock(5.0).timestep, row_bands=72, exposure_ms=0.0, supersample=4
+    QUIET, fps=5.0, row_time_us=1e6 * timestep(5.0), row_bands=72, exposure_ms=0.0, supersample=4
 )
 """A row a physics step: no moment is rounded. At 30 fps moments are whole steps too, so a row may be 0.9 ms off."""
 SPEED = 0.08
@@ -73,17 +73,17 @@ def test_an_edge_leans_by_row_time_times_speed():
 def test_each_band_is_exposed_in_its_own_window():
     """The mean moment of a band is the middle of its window, to half a physics step; the window has the exposure."""
     camera = dataclasses.replace(CameraConfig.preset("ov7670"), auto_exposure=False, exposure_ms=16.0)
-    clock = FrameClock(camera.fps)
-    plan = plan_frame(camera, clock.steps, 16.0, 0)
+    steps, step = steps_per_frame(camera.fps), timestep(camera.fps)
+    plan = plan_frame(camera, steps, 16.0, 0)
     for top, bottom in {(render.top, render.bottom) for render in plan.renders}:
         renders = [render for render in plan.renders if render.top == top]
         assert sum(render.parts for render in renders) == plan.samples == 8
         middle = sum(render.step * render.parts for render in renders) / plan.samples
         rows_after = 71 - (top + bottom - 1) / 2
-        expected = clock.steps - (rows_after * 418e-6 + 0.008) / clock.timestep
+        expected = steps - (rows_after * 418e-6 + 0.008) / step
         assert middle == pytest.approx(expected, abs=0.5)
-        span = (renders[-1].step - renders[0].step) * clock.timestep
-        assert span == pytest.approx(0.016 * 7 / 8, abs=clock.timestep)
+        span = (renders[-1].step - renders[0].step) * step
+        assert span == pytest.approx(0.016 * 7 / 8, abs=step)
     assert plan.renders[0].step < 1, "its first rows are exposed before the frame before it ends"
 
 
@@ -145,9 +145,9 @@ def test_the_exposure_ends_at_its_limits():
 
 def test_no_part_of_a_short_exposure_is_shorter_than_two_physics_steps():
     """There are as many parts as that allows, and no more than ``exposure_samples``."""
-    camera, clock = CameraConfig(auto_exposure=True, exposure_samples=4), FrameClock(30.0)
+    camera = CameraConfig(auto_exposure=True, exposure_samples=4)
     for steps in (0.1, 1.0, 1.9, 2.0, 3.9, 4.1, 5.9, 6.1, 7.9, 8.1, 9.9, 17.9):
-        plan = plan_frame(camera, clock.steps, 1000.0 * steps * clock.timestep, 0)
+        plan = plan_frame(camera, steps_per_frame(30.0), 1000.0 * steps * timestep(30.0), 0)
         assert plan.samples == 1 or steps / plan.samples >= 2.0
         assert plan.samples == camera.exposure_samples or steps / (plan.samples + 1) < 2.0
         assert sum(render.parts for render in plan.renders) == plan.samples

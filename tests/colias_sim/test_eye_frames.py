@@ -12,7 +12,7 @@ import pytest
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
 from colias_sim.exposure import LAG_SDS
 from colias_sim.registers import GAMMA_VENDOR
-from colias_sim.scene import FrameClock
+from colias_sim.scene import timestep
 from colias_sim.sensor import Strips
 
 STILL = SceneConfig(light_sd=0, turn_wall=False)
@@ -127,7 +127,7 @@ def test_the_clock_jitters_as_set():
         ages = np.array([sim.camera.develop(rng, i / 30.0).age_ms for i in range(6000)])
     assert ages.min() >= 0.0, "a frame shows nothing that comes later"
     assert ages.mean() == pytest.approx(LAG_SDS * jitter_ms, rel=0.02)
-    step_ms = 1000.0 * FrameClock(30.0).timestep
+    step_ms = 1000.0 * timestep(30.0)
     assert math.sqrt(ages[2:].var() - step_ms**2 / 12) == pytest.approx(jitter_ms, rel=0.04)
 
 

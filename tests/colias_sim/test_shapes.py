@@ -9,29 +9,25 @@ from colias_sim import SceneConfig
 from colias_sim.shapes import robot_shapes
 
 
-def extent(shapes) -> np.ndarray:
-    """Highest and lowest corner of upright solids, (2, 3)."""
-    low = [np.subtract(shape.centre, shape.half_size) for shape in shapes]
-    high = [np.add(shape.centre, shape.half_size) for shape in shapes]
-    return np.array([np.min(low, axis=0), np.max(high, axis=0)])
-
-
 @pytest.mark.parametrize("variant", ["colias", "colias_black"])
 def test_a_colias_is_4_cm_across_and_3_cm_tall(variant):
     """The Colias papers' size."""
-    upright = [shape for shape in robot_shapes(variant, SceneConfig()) if abs(shape.turn[0]) < 0.1]
-    low, high = extent(upright)
+    solids = np.concatenate(list(robot_shapes(variant, SceneConfig()).values()))
+    upright = solids[np.abs(solids["turn"][:, 0]) < 0.1]
+    low = (upright["centre"] - upright["half_size"]).min(axis=0)
+    high = (upright["centre"] + upright["half_size"]).max(axis=0)
     assert (high - low)[:2] == pytest.approx([0.04, 0.04], abs=0.001)
     assert high[2] == pytest.approx(0.03, abs=0.001) and low[2] >= 0.0
 
 
 def test_the_shell_is_the_one_that_the_scene_asks_for():
     grey = SceneConfig(shell_grey=0.5)
-    (shell,) = robot_shapes("colias_black", grey)
-    assert shell.kind == "cylinder" and shell.colour == (128, 128, 128)
+    ((kind, shell),) = robot_shapes("colias_black", grey).items()
+    assert kind == "cylinder" and shell["colour"].tolist() == [[128, 128, 128]]
     card = SceneConfig(shell_shape="card", shell_width_cm=6.0, shell_height_cm=5.0)
-    (shell,) = robot_shapes("colias_black", card)
-    assert shell.kind == "box" and shell.half_size[1:] == pytest.approx((0.03, 0.025))
-    (shell,) = robot_shapes("colias_black", SceneConfig(shell_shape="sphere", shell_width_cm=6.0))
-    assert shell.kind == "ellipsoid" and shell.half_size == pytest.approx((0.03,) * 3)
-    assert robot_shapes("colias", grey) == robot_shapes("colias", SceneConfig()), "it has no shell"
+    ((kind, shell),) = robot_shapes("colias_black", card).items()
+    assert kind == "box" and shell["half_size"][0, 1:] == pytest.approx([0.03, 0.025])
+    ((kind, shell),) = robot_shapes("colias_black", SceneConfig(shell_shape="sphere", shell_width_cm=6.0)).items()
+    assert kind == "ellipsoid" and shell["half_size"][0] == pytest.approx([0.03] * 3)
+    own, usual = robot_shapes("colias", grey), robot_shapes("colias", SceneConfig())
+    assert own.keys() == usual.keys() and all((own[kind] == usual[kind]).all() for kind in own), "it has no shell"

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from colias_sim import OpenLoop, Pose, RobotConfig, Route, Schedule, Simulation, WheelSpeeds
+from colias_sim import OpenLoop, Pose, RobotConfig, Route, Schedule, Simulation
 from colias_sim.motors import Motors
 
 COLIAS4 = RobotConfig.preset("colias4")
@@ -25,7 +25,7 @@ def test_speeds_are_whole_steps():
     """What is realised is the nearest multiple of a step, up to 255 of them, in the direction wanted."""
     step, sim = STEPS.power_step_cm_s / 100, alone(STEPS)
     for wanted in (*np.linspace(-0.153, 0.153, 401), 0.2):
-        sim.robots["one"].drive(WheelSpeeds(wanted, wanted))
+        sim.robots["one"].drive((wanted, wanted))
         for side in ("left", "right"):
             real = float(sim.data.actuator(f"one/{side}").ctrl[0]) * STEPS.wheel_radius_cm / 100
             assert real / step == pytest.approx(round(real / step), abs=1e-6)
@@ -42,7 +42,7 @@ def test_unequal_wheels_drive_a_circle():
         one, way = sim.robots["one"], 0.0
         for _ in range(90):
             before = one.pose
-            sim.advance(lambda _: one.drive(WheelSpeeds(level * step / 100, level * step / 100)))
+            sim.advance(lambda _: one.drive((level * step / 100, level * step / 100)))
             way += 100 * math.hypot(one.pose.x - before.x, one.pose.y - before.y)
         assert way > 15.0
         assert 100 * one.pose.y == pytest.approx(radius * (1 - math.cos(way / radius)), rel=0.04)
@@ -57,7 +57,7 @@ def test_a_command_waits_for_a_slot():
         sim = alone(QUEUE)
         one, control = sim.robots["one"], sim.data.actuator("one/left").ctrl
         sim.data.time = sent / 1000
-        one.drive(WheelSpeeds(0.05, 0.05))
+        one.drive((0.05, 0.05))
         for now in np.arange(math.floor(sent), sent + 250.0):
             if now >= sent:
                 sim.data.time = now / 1000
@@ -81,7 +81,7 @@ def test_commands_with_durations_follow_one_another_and_then_the_wheels_stop():
     sim = alone(QUEUE)
     one, control = sim.robots["one"], sim.data.actuator("one/left").ctrl
     for speed, slots in ((0.05, 2), (0.02, 1), (0.08, 3)):
-        one.queue(WheelSpeeds(speed, speed), slots)
+        one.queue((speed, speed), slots)
     seen = []
     for now in range(0, 1000, 50):
         sim.data.time = now / 1000
@@ -89,20 +89,20 @@ def test_commands_with_durations_follow_one_another_and_then_the_wheels_stop():
         seen.append(round(float(control[0]) * one.config.wheel_radius_cm, 6))
     assert seen == [0.0] * 2 + [5.0] * 4 + [2.0] * 2 + [8.0] * 6 + [0.0] * 6
     with pytest.raises(ValueError, match="no queue"):
-        alone(RobotConfig()).robots["one"].queue(WheelSpeeds(0.1, 0.1), 1)
+        alone(RobotConfig()).robots["one"].queue((0.1, 0.1), 1)
 
 
 def test_the_last_command_of_a_slot_counts_and_a_reset_forgets_it():
     sim = alone(QUEUE)
     one, control = sim.robots["one"], sim.data.actuator("one/left").ctrl
-    one.queue(WheelSpeeds(0.01, 0.01), 50)
+    one.queue((0.01, 0.01), 50)
     for now, speed in ((0.0, 0.05), (0.05, 0.02), (0.09, 0.08)):
         sim.data.time = now
-        one.drive(WheelSpeeds(speed, speed))
+        one.drive((speed, speed))
     sim.data.time = 0.1
     one.tick()
     assert float(control[0]) * one.config.wheel_radius_cm == pytest.approx(8.0)
-    one.drive(WheelSpeeds(0.03, 0.03))
+    one.drive((0.03, 0.03))
     sim.reset({"one": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
     for _ in range(30):
         sim.advance()
@@ -117,7 +117,7 @@ def test_eased_wheels_settle_on_steps_in_their_slot_the_same_after_every_reset()
         one, control, rows = sim.robots["one"], sim.data.actuator("one/right").ctrl, []
 
         def ease(dt):
-            one.ease(WheelSpeeds(0.101, 0.101), dt)
+            one.ease((0.101, 0.101), dt)
             rows.append((sim.data.time, float(control[0]) * one.config.wheel_radius_cm / 100))
 
         for _ in range(12):
@@ -139,7 +139,7 @@ def test_the_spread_of_the_motors_is_drawn_from_the_seed():
         sim = alone(robot)
         rng = np.random.default_rng(seed)
         sim.reset({"one": Pose(0.0, 0.0, 0.0)}, rng)
-        return sim.robots["one"].realised(WheelSpeeds(0.06, 0.06)).left, rng.random()
+        return sim.robots["one"].realised((0.06, 0.06))[0], rng.random()
 
     assert left(1) == left(1) != left(2)
     assert left(1, COLIAS4)[1] == left(1, RobotConfig())[1], "without a spread nothing is drawn"
@@ -159,11 +159,11 @@ def test_the_commands_of_a_profile_cover_its_length(stop):
     line = Route.line(Pose(0.0, 0.0, 0.0), 0.15, 0.06, wait=0.3, rest=0.0 if stop else None)
     profile = Schedule(line, 0.17)
     drive = OpenLoop(alone(COLIAS4).robots["one"], profile)
-    commands = [(wheels.left, slots) for wheels, slots in drive.commands()]
+    commands = [(left, slots) for (left, _), slots in drive.commands()]
     way = sum(speed * slots * 0.1 for speed, slots in commands)
     assert way == pytest.approx(0.15, abs=1e-7) if stop else 0.15 <= way < 0.15 + 0.1 * 0.06
     assert profile.covered(profile.seconds) == pytest.approx(0.15)
-    assert all(wheels.left == wheels.right for wheels, _ in drive.commands())
+    assert all(left == right for (left, right), _ in drive.commands())
     assert commands[0] == (0.0, 3) and max(speed for speed, _ in commands) == pytest.approx(0.06)
     ramp = 0.06 / 0.17
     assert profile.seconds == pytest.approx(0.3 + 0.15 / 0.06 + ramp / (1 if stop else 2))

@@ -13,7 +13,6 @@ from tools.pages import markdown
 
 SHAPE, SEEDS = (180, 540), range(1, 9)
 """Rows and columns, and the seeds that the table is of; the picture shows the first."""
-CONTRASTS = ("rms", "log_rms", "michelson", "local_range")
 
 
 def write(folder: Path) -> None:
@@ -24,8 +23,7 @@ def write(folder: Path) -> None:
     with style.look():
         drawn = Figure(figsize=(style.WIDTH / 2, 7.5), layout="constrained")
         for (kind, made), axes in zip(pictures.items(), drawn.subplots(len(pictures)), strict=True):
-            columns = [[spectrum_slope(one) for one in made]]
-            columns += [[getattr(contrasts(one), name) for one in made] for name in CONTRASTS]
+            columns = zip(*((spectrum_slope(one), *contrasts(one).values()) for one in made), strict=True)
             rows.append((f"`{kind}`", *(f"{statistics.median_low(column):.2f}" for column in columns)))
             axes.imshow(made[0], cmap="gray", vmin=0, vmax=255)
             axes.set(title=kind, xticks=[], yticks=[])

@@ -22,17 +22,18 @@ app = typer.Typer(
 
 def _program(assignments: options.Assignments) -> Any:
     """Return the program that is asked for, and say on stderr where its codes are too coarse for its longest delay."""
-    from dsnn.onboard.dead_zone import dead_zone
+    from dsnn.onboard.dead_zone import SMALL, dead_zone, longest_delay
     from experiments.bench.report.terminal import error_console
     from experiments.bench.robot_side import firmware
 
     program = firmware.program(assignments or ())
-    network, zone = program[0], dead_zone(program[0])
-    if zone.matters:
+    network = program[0]
+    falling, rising = dead_zone(network)
+    if max(falling, rising) > SMALL:
         error_console.print(
-            f"note: {network.state_bits} bits are too coarse for a delay of {zone.tau_ms:g} ms: the delayed signal does"
-            f" not fall from up to {zone.falling:.2g} of its range, nor rise to {zone.rising:.2g} or less;"
-            f" delays of up to {zone.longest_ms:,.0f} ms work"
+            f"note: {network.state_bits} bits are too coarse for a delay of {max(network.delays()):g} ms: the delayed"
+            f" signal does not fall from up to {falling:.2g} of its range, nor rise to {rising:.2g} or less;"
+            f" delays of up to {longest_delay(network):,.0f} ms work"
         )
     return program
 

@@ -110,10 +110,12 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
 
 
 def _exposure(films: Sequence[Images]) -> Measured:
-    loop = calibrate.exposure_loop(films)
-    if not loop.certain:
+    step, steps, certain = calibrate.exposure_loop(films)
+    if not certain:
         return {}, [f"{len(films)} folders leave the exposure's step uncertain; take more, from brighter and darker"]
-    settings: dict[str, object] = {"auto_exposure": "true", "ae_step": f"{loop.step:.4f}", "ae_steps": loop.steps}
-    if loop.target is not None and loop.zone is not None:
-        settings |= {"ae_target": f"{loop.target:.1f}", "ae_zone": f"{loop.zone:.1f}"}
+    settings: dict[str, object] = {"auto_exposure": "true", "ae_step": f"{step:.4f}", "ae_steps": steps}
+    low, high = calibrate.control_zone(films, step)
+    if low is not None and high is not None:
+        target, zone = (sum(low) + sum(high)) / 4, (sum(high) - sum(low)) / 4
+        settings |= {"ae_target": f"{target:.1f}", "ae_zone": f"{zone:.1f}"}
     return settings, []

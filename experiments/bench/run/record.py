@@ -33,7 +33,7 @@ from rerun.chunk import Chunk, RrdReader
 
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.obstacles import Obstacle
-from colias_sim.shapes import Shape, robot_shapes
+from colias_sim.shapes import robot_shapes
 from dsnn import ResponseSeries
 from dsnn.model import SPIKING
 from experiments.bench.report.palette import HUES, colours
@@ -390,18 +390,13 @@ def _arena(content: Content) -> list[Chunk]:
 @lru_cache(maxsize=32)
 def _solids(variant: str, scene: SceneConfig) -> tuple[rr.AsComponents, ...]:
     """Return the solids of a robot, in cm."""
-    by_kind: dict[str, list[Shape]] = {}
-    for shape in robot_shapes(variant, scene):
-        by_kind.setdefault(shape.kind, []).append(shape)
     solids: list[rr.AsComponents] = []
-    for kind, shapes in by_kind.items():
-        half = 100 * np.array([shape.half_size for shape in shapes])
+    for kind, shapes in robot_shapes(variant, scene).items():
+        half = 100 * shapes["half_size"]
         placed: dict[str, Any] = {
-            "centers": 100 * np.array([shape.centre for shape in shapes]),
-            "quaternions": np.array([shape.turn for shape in shapes]),
-            "colors": [shape.colour for shape in shapes],
+            "centers": 100 * shapes["centre"], "quaternions": shapes["turn"], "colors": shapes["colour"],
             "fill_mode": "solid",
-        }
+        }  # fmt: skip
         if kind == "cylinder":
             solids.append(rr.Cylinders3D(lengths=2 * half[:, 2], radii=half[:, 0], **placed))
         else:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from colias_sim import PathFollower, Pose, Route, Schedule, Stretch, bearing
-from colias_sim.arena import Arena
+from colias_sim.arena import arena_files
 from colias_sim.config import RobotConfig, SceneConfig
 from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.run.errors import UsageError
@@ -253,13 +253,13 @@ def files(scene: SceneConfig) -> list[str]:
         The arena cannot be read.
     """
     pictures = [str(pathlib.Path(path).resolve()) for path in (scene.wall, scene.shell_picture) if path]
-    return [*map(str, read(scene.arena).files if scene.arena not in ARENAS else ()), *pictures]
+    return [*map(str, _own_files(scene.arena)), *pictures]
 
 
-def read(source: str) -> Arena:
-    """Read an arena; `UsageError` where it is refused."""
+def _own_files(source: str) -> dict[pathlib.Path, str]:
+    """List a user's own files of an arena with their digests; `UsageError` where it is refused."""
     try:
-        return Arena.read(source)
+        return arena_files(source)
     except ValueError as error:
         raise UsageError(str(error)) from error
 
@@ -272,7 +272,7 @@ def obstacles(source: str) -> tuple[Obstacle, ...]:
     UsageError
         The arena is refused, in one line.
     """
-    return () if source in ARENAS else _obstacles(source, tuple(read(source).files.items()))
+    return () if source in ARENAS else _obstacles(source, tuple(_own_files(source).items()))
 
 
 @functools.lru_cache(maxsize=4)

@@ -15,6 +15,7 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.calibrate import (
+    control_zone,
     exposure_loop,
     fixed_pattern,
     noise_levels,
@@ -22,7 +23,7 @@ from colias_sim.calibrate import (
     row_time_us,
     unsteadiness,
 )
-from colias_sim.scene import FrameClock
+from colias_sim.scene import timestep
 from experiments.bench.cli import main
 from experiments.bench.report.recordings import write_pictures
 from experiments.bench.robot_side.calibrate import leaning
@@ -34,7 +35,7 @@ GREYS = SceneConfig(light_sd=0, turn_wall=False)
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0)
 NOISY = CameraConfig(shot_noise=4.0, read_noise=2.0, gain=1.5)
 ROLLING = dataclasses.replace(
-    QUIET, fps=5.0, row_time_us=1e6 * FrameClock(5.0).timestep, row_bands=72, exposure_ms=0.0, supersample=4
+    QUIET, fps=5.0, row_time_us=1e6 * timestep(5.0), row_bands=72, exposure_ms=0.0, supersample=4
 )
 LOOP = CameraConfig(auto_exposure=True, ae_start="cold")
 TOLERANCE = {"ae_step": 0.02, "ae_steps": 0.0, "ae_target": 0.01, "ae_zone": 0.05}
@@ -98,8 +99,10 @@ def settlings(camera: CameraConfig) -> list[np.ndarray]:
 def test_the_exposure_loop_comes_back(wrong):
     value = None if wrong is None else getattr(LOOP, wrong)
     changed = {} if value is None else {wrong: value + 1 if isinstance(value, int) else 1.1 * value}
-    loop = exposure_loop(settlings(dataclasses.replace(LOOP, **changed)))
-    measured = {"ae_step": loop.step, "ae_steps": loop.steps, "ae_target": loop.target, "ae_zone": loop.zone}
+    films = settlings(dataclasses.replace(LOOP, **changed))
+    step, steps, _ = exposure_loop(films)
+    low, high = map(np.mean, control_zone(films, step))
+    measured = {"ae_step": step, "ae_steps": steps, "ae_target": (low + high) / 2, "ae_zone": (high - low) / 2}
     near = {name: measured[name] == pytest.approx(getattr(LOOP, name), rel=TOLERANCE[name]) for name in measured}
     assert all(near.values()) if wrong is None else not near[wrong]
 
@@ -110,13 +113,14 @@ def test_few_settlings_exclude_no_truth_unflagged():
     low, high = LOOP.ae_target - LOOP.ae_zone, LOOP.ae_target + LOOP.ae_zone
     few = [(0, 1, end) for end in range(14, 26)]
     for chosen in (*((a, b) for a in range(0, 14, 3) for b in range(14, 26, 3)), *few, tuple(range(26))):
-        loop = exposure_loop([frames[i] for i in chosen])
-        assert not loop.certain or len(chosen) > 2
-        if loop.certain:
-            assert loop.step == pytest.approx(LOOP.ae_step, rel=0.02) and loop.steps == LOOP.ae_steps, chosen
-            for interval, end in ((loop.low, low), (loop.high, high)):
+        films = [frames[i] for i in chosen]
+        step, steps, certain = exposure_loop(films)
+        assert not certain or len(chosen) > 2
+        if certain:
+            assert step == pytest.approx(LOOP.ae_step, rel=0.02) and steps == LOOP.ae_steps, chosen
+            for interval, end in zip(control_zone(films, step), (low, high), strict=True):
                 assert interval is not None and interval[0] <= end <= interval[1], chosen
-    assert loop.certain  # of all of them
+    assert certain  # of all of them
 
 
 def grey(count: int, drift: float = 0.0) -> np.ndarray:

@@ -198,8 +198,9 @@ def test_the_comparison_counts_what_differs():
     exact = DSNN((72, 99), float_params(params)).run(frames)
     other = dataclasses.replace(exact, hs=exact.hs + 0.5, hs_spikes=exact.hs_spikes + 2)
     same, told = differences(exact, exact), differences(exact, other)
-    assert (same.median, same.high, same.worst, same.gained, same.lost) == (0.0, 0.0, 0.0, 0, 0)
-    assert same.spikes == exact.accumulated_spikes("hs") + exact.accumulated_spikes("vs") > 0
-    assert (told.worst, told.gained, told.lost) == (pytest.approx(0.5), 40, 0)
-    assert differences(other, exact).lost == 40
-    assert compare(frames, params).worst < GOLDEN_BOUNDS["bits8"] < compare(frames, ROBOT["grey-levels"]).worst
+    assert not any(same[name] for name in ("median", "high", "worst", "gained", "lost"))
+    assert same["spikes"] == exact.accumulated_spikes("hs") + exact.accumulated_spikes("vs") > 0
+    assert (told["worst"], told["gained"], told["lost"]) == (pytest.approx(0.5), 40, 0)
+    assert differences(other, exact)["lost"] == 40
+    assert compare(frames, params)["worst"] < GOLDEN_BOUNDS["bits8"]
+    assert compare(frames, ROBOT["grey-levels"])["worst"] > GOLDEN_BOUNDS["bits8"]
