@@ -321,7 +321,3 @@ def test_the_mean_per_correlator_counts_each_sum_by_how_many_it_is_of():
 def test_all_off_line_claims_are_judged_once():
     judged = [claim for name in OFFLINE for claim in registry.find(name).claims if isinstance(claim, str)]
     assert sorted(judged) == sorted(CLAIMS) and set(SIGNED) == {"rightward", "leftward", "downward", "upward"}
-
-
-def test_a_missing_model_is_named():
-    assert "dsn2017" in judge("C5", [row(motion="looming")], T).measured

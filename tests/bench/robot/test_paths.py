@@ -15,7 +15,6 @@ from experiments.bench.trials import plan
 from tests.helpers.played import Played
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
-PLAIN = SceneConfig(light_sd=0.0, turn_wall=False, wall_contrast=0.0)
 
 
 def settings(**changes) -> Settings:
@@ -51,9 +50,9 @@ def slalom(t):
     return 9.0 + 1.5 * math.sin(2.0 * t), 8.0 - 4.0 * t
 
 
-def test_an_accelerating_crossing_is_where_its_speed_takes_it_and_looks_as_large_as_a_pinhole_shows_it():
-    """Once it is on its path x stays, and y = v0 t + a t^2 / 2; its image has the edges of a disc's two tangents."""
-    result = result_of(Condition.along("accelerating", crossing()), maps=True, camera=QUIET, scene=PLAIN)
+def test_an_accelerating_crossing_is_where_its_speed_takes_it():
+    """Once it is on its path x stays, and y = v0 t + a t^2 / 2."""
+    result = result_of(Condition.along("accelerating", crossing()))
     columns = result.columns
     begun = int(np.searchsorted(-columns.stimulus_y_cm, -9.5))
     time, way = columns.sim_time_s[begun:], 10.0 - columns.stimulus_y_cm[begun:]
@@ -61,15 +60,6 @@ def test_an_accelerating_crossing_is_where_its_speed_takes_it_and_looks_as_large
     elapsed = time - time[0]
     assert np.abs(way - (speed * elapsed + 9.6 * elapsed**2 / 2)).max() < 0.25
     assert result.achieved_speed_cm_s == pytest.approx(12.0, rel=0.02) and result.path_error_mm < 0.1
-    x, y = columns.stimulus_x_cm - QUIET.forward_cm, columns.stimulus_y_cm
-    for frame in range(begun, len(y), 6):
-        middle, half = math.atan2(y[frame], x[frame]), math.asin(2.0 / math.hypot(x[frame], y[frame]))
-        edges = [QUIET.width / 2 - QUIET.focal_px * math.tan(angle) for angle in (middle + half, middle - half)]
-        if edges[0] < 2 or edges[1] > QUIET.width - 2:
-            continue
-        row = result.media.images[""][frame][QUIET.height // 2].astype(float)
-        dark = np.flatnonzero(row < (row.max() + row.min()) / 2)
-        assert (dark[0], dark[-1] + 1) == (pytest.approx(edges[0], abs=1.5), pytest.approx(edges[1], abs=1.5))
 
 
 def test_a_mirrored_path_has_left_and_right_exchanged():

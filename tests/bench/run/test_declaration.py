@@ -7,6 +7,7 @@ import pytest
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Experiment, Translation
 from experiments.bench.trials import configure, parameters
+from tests.helpers import user_files
 
 GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
 
@@ -39,21 +40,9 @@ def test_whole_numbers_become_what_the_column_holds():
     assert condition == Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
 
 
-MODEL = """
-from dataclasses import dataclass
-from dsnn import ModelEntry
-
-@dataclass(frozen=True)
-class Own:
-    gain: float = 1.0
-
-MODEL = ModelEntry("{name}", "", lambda shape, own: None, Own())
-"""
-
-
 def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_own(tmp_path):
     path = tmp_path / "kin.py"
-    path.write_text(MODEL.format(name="dsnn-mine"))
+    path.write_text(user_files.MODEL.replace('"gradient"', '"dsnn-mine"'))
     experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
     models = ["dsnn", "dsn2017", str(path)]
     keys = {row["key"] for row in parameters(experiment, models)}

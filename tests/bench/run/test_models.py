@@ -58,7 +58,7 @@ def test_a_model_s_frame_rate_is_held_against_what_it_is_shown():
 # --- one model under several settings ---------------------------------------------------------------------------------
 
 
-def test_one_model_under_two_settings_is_paired(colias):
+def test_one_model_is_shown_under_two_settings(colias):
     """In worker processes too, to which models go as what made them."""
     (colias.folder / "my_model.py").write_text(user_files.MODEL)
     given = ("--model", "dsnn:n_con=4,tau_s=200,10", "--model", "my_model.py:gain=1e-9")
@@ -71,15 +71,9 @@ def test_one_model_under_two_settings_is_paired(colias):
     assert [networks[label]["n_con"] for label in labels[:2]] == [6, 4], "--set is the family's; what is its own wins"
     assert networks[labels[1]]["tau_s"] == [200.0, 10.0] and networks[labels[2]]["gain"] == 1e-9
     assert list(there["files"]) == [str(colias.folder / "my_model.py")]
-    pairs = csv_of(colias.folder / "out" / "comparisons.csv")
-    assert {(row["model"], row["against"], row["n"]) for row in pairs} == {
-        (labels[0], labels[1], "3"), (labels[0], labels[2], "3"), (labels[1], labels[2], "3"),
-    }  # fmt: skip
     rows = pl.read_parquet(colias.folder / "out" / "trials.parquet").to_dicts()
     peaks = {label: max(row["peak_hs"] for row in rows if row["model"] == label) for label in labels}
     assert len(set(peaks.values())) == 3 and peaks[labels[2]] < 1e-3
-    again = colias("run", "speed", *common, *given, "--workers", "0", "--out", "out")
-    assert again.returncode == 0 and "3 of them done already" in again.stderr
     given = (*given[:2], "--model", "my_model.py:gain=1", "--workers", "0")
     other = colias("run", "speed", *common, *given, "--out", "out")
     assert (other.returncode, other.stderr.count("\n")) == (2, 1), other.stderr
@@ -127,8 +121,3 @@ def test_a_grid_shows_several_models(colias):
     )
     trials = pl.read_parquet(colias.folder / "out" / "trials.parquet")
     assert trials.height == 2 * 2 * 4, "once per rendering, not once per point"
-    ran(colias, "run", "speed", *GRID[4:], "--set", "dsnn.n_con=4", "--no-recordings", "--out", "alone")
-    spikes = {r["speed_cm_s"]: r["spikes"] for r in pl.read_parquet(colias.folder / "alone/trials.parquet").to_dicts()}
-    same = {float(r["speed_cm_s"]): float(r["value"]) for r in csv_of(colias.folder / "out" / "counts.csv")
-            if (r["model"], float(r["dsnn.n_con"]), float(r["camera.read_noise"])) == ("dsnn", 4, 0.64)}  # fmt: skip
-    assert same == spikes

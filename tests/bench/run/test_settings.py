@@ -76,6 +76,7 @@ def test_every_experiment_is_a_whole_declaration(name):
     assert len({getattr(c, experiment.varies) for c in conditions}) > 1
     assert experiment.repeats == 10
     assert set(experiment.claims) <= set(claims_on("robot"))
+    assert len(plan(experiment, ["dsnn"], [], 1, 0).specs()) == len(conditions), "it can run as declared"
     assert dataclasses.is_dataclass(experiment.design)
 
 
@@ -86,9 +87,3 @@ def test_models_have_sections_of_their_own_and_families_share_one():
     assert [m.network.fdsr for m in settings.models] == [True, True, False]
     _, settings = configure(registry.load("speed"), ["dsnn", "dsnn"], [])
     assert [m.label for m in settings.models] == ["dsnn"], "the same under the same settings: shown once"
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_experiment_can_run_as_declared(name):
-    trial_plan = plan(registry.load(name), ["dsnn"], [], 1, 0)
-    assert len(trial_plan.specs()) == len(trial_plan.experiment.conditions())
