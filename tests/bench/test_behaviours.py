@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from colias_sim.envs import ENVS, Other, State
+from colias_sim.envs import ENVS
 from dsnn import Response
 from experiments.behaviours import (
     AHEAD,
@@ -25,14 +25,6 @@ def test_baselines_are_behaviours_of_envs():
     for env, entry in ENVS.items():
         assert set(entry.baselines) <= set(BEHAVIOURS)
         assert [BEHAVIOURS[name].env for name in entry.baselines if name.startswith("oracle")] == [env]
-
-
-@pytest.mark.parametrize(("name", "channel"), [("optomotor", "hs"), ("fixation", "azimuth")])
-def test_a_reflex_turns_with_the_motion_and_towards_it(name, channel):
-    policy = BEHAVIOURS[name].make(np.random.default_rng())
-    left, right = policy(Response(**{channel: 0.5}))
-    assert left == -right > 0  # rightward: clockwise
-    assert policy(SILENT) == (0.0, 0.0)
 
 
 def stepped(name, seen, frames):
@@ -103,13 +95,6 @@ def test_a_held_side_stays_while_looming_goes_on(hold):
     for _ in range(policy.HOLD + 1):
         policy(SILENT)
     assert math.copysign(1.0, policy(Response(looming_spikes=1))[0]) == -1.0
-
-
-def test_privileged_ones_use_what_they_are_told():
-    state = State(0.0, 0.0, 0.0, 1.0, 0.5, 0.0, (Other(0.1, -0.3, 0.0, 0.0),))
-    left, right = BEHAVIOURS["oracle-heading"].make(np.random.default_rng())(state)
-    assert left - right == pytest.approx(1.0 * 0.032 / 0.35)  # undoes 1 rad/s to the left
-    assert BEHAVIOURS["oracle-target"].make(np.random.default_rng())(state)[0] < 0  # to the left
 
 
 def test_a_model_of_one_s_own_drives_one_too():

@@ -71,16 +71,11 @@ def claim(name, judge):
 
 
 MODEL = dsnn.ModelEntry("planted", "planted", Planted, Parameters())
-'''
-DOTS = (
-    PLANTED
-    + """
 EXPERIMENT = OfflineExperiment(
     "planted", "planted", [Clip("dots", "dots", SMALL)], models=("planted.py",),
     claims=(claim("hill", high("peak_hs", 0.99)), claim("valley", low), claim("luck", high("peak_vs", 0.9))),
 )
-"""
-)
+'''
 A, B = ("--over", "planted.a=0..1"), ("--over", "planted.b=0..1")
 SPEED = ("--over", "dots.speed=30..90")
 
@@ -88,7 +83,7 @@ SPEED = ("--over", "dots.speed=30..90")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("fit")
-    (place / "planted.py").write_text(DOTS)
+    (place / "planted.py").write_text(PLANTED)
     return place
 
 
@@ -109,10 +104,8 @@ def table(folder, out, name="fit.csv"):
 def test_a_planted_optimum_is_found(folder):
     outcome = fit(folder, "hill", "hill", *A, *B, "--trials", "60", "--sample", "32")
     assert outcome["word"] == "fitted" and outcome["luck"] == pytest.approx(0.0)
-    assert (
-        abs(float(outcome["winner"]["planted.a"]) - 0.7) < 0.1
-        and abs(float(outcome["winner"]["planted.b"]) - 0.2) < 0.1
-    )
+    assert abs(float(outcome["winner"]["planted.a"]) - 0.7) < 0.1
+    assert abs(float(outcome["winner"]["planted.b"]) - 0.2) < 0.1
     # The claim is kept within 0.1 of the hill's top: a disc of 3.1 % of the box.
     share = outcome["share"]
     assert share["low"] <= 3.1415926 * 0.1**2 <= share["high"]
@@ -122,8 +115,6 @@ def test_a_planted_optimum_is_found(folder):
         a, b = (float(row[f"planted.{name}"]) for name in "ab")
         slack_of_hill = (0.01 - (a - 0.7) ** 2 - (b - 0.2) ** 2) / 0.002
         assert float(row["slack hill"]) == pytest.approx(max(slack_of_hill, -MOST_SLACK), abs=1e-3)
-    words = (folder / "hill" / "fit.json").read_text() + (folder / "hill" / "anew.csv").read_text()
-    assert "holds" not in words, "what was chosen to keep a claim is fitted"
 
 
 def test_a_planted_infeasible_box_is_reported_with_its_interval(folder):
@@ -217,16 +208,12 @@ def test_ranges_are_of_the_kind_of_their_fields():
     assert rendered == ["camera.luma_range"]
 
 
-@pytest.mark.parametrize("over", ["dsnn.t_sp=0.3..0.1", "dsnn.t_sp=0.1..nan", "dsnn.t_sp", "dsnn.nonsense=1..2"])
-def test_what_is_no_range_is_refused(over):
+@pytest.mark.parametrize(
+    "over", ["dsnn.t_sp=0.3..0.1", "dsnn.t_sp=0.1..nan", "dsnn.t_sp", "dsnn.nonsense=1..2", "dsnn.t_sp=-1..0.3"]
+)
+def test_what_is_no_range_is_refused_before_anything_runs(over):
     with pytest.raises(UsageError):
-        box(over)
-
-
-def test_an_end_that_is_not_legal_is_refused_before_anything_runs():
-    study = Study("fit", "a fit", claims=("C14",), experiments=("general",))
-    with pytest.raises(UsageError):
-        planned(Fit(study, ("dsnn.t_sp=-1..0.3",)))
+        planned(Fit(Study("fit", "a fit", claims=("C14",), experiments=("general",)), (over,)))
 
 
 def test_parameters_that_move_together_have_one_value():

@@ -6,7 +6,6 @@ import numpy as np
 import polars as pl
 import pytest
 
-from dsnn import EMD, EMDParams
 from experiments.bench import tune
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import open_workers
@@ -90,30 +89,6 @@ def test_approaches_are_shown_to_looming_models_alone():
         assert [model.label for model in trial.models] == (looming if family.name == "l-over-v" else ["dsnn", *looming])
 
 
-def responses(params, probes):
-    """The responses of an EMD to gratings, as points."""
-    rows = []
-    for probe in probes:
-        clip = probe.clip.build(0)
-        potentials = EMD(clip.shape, params).run(frame.luma for frame in clip)
-        series = {name: getattr(potentials, name) for name in ("hs", "vs", "looming", "looming_spikes")}
-        moving = np.flatnonzero([frame.truth.motion != "still" for frame in clip])
-        point = curves.response(series, moving, probe.direction_deg, ("hs", "vs"))
-        rows.append(
-            {"curve": "c", "line": "l", "x": probe.x, "y": probe.y, "direction_deg": probe.direction_deg, **point}
-        )
-    return table(rows)
-
-
-def test_a_linear_emd_points_where_the_motion_goes():
-    probes = [p for p in tune.FAMILIES["direction"].probes if p.line == "grating" and p.repeat == 0]
-    points = responses(EMDParams(log=False), probes)
-    assert curves.pointing_error(points) < 1.0
-    for system, turn in (("hs", 0.0), ("vs", 90.0)):
-        index, prefers = curves.selectivity(points["x"], points[system])
-        assert index == pytest.approx(math.pi / 4, abs=0.03) and abs((prefers - turn + 180) % 360 - 180) < 1.0
-
-
 # --- the run ----------------------------------------------------------------------------------------------------------
 
 
@@ -122,9 +97,7 @@ def test_tables_read_back(tmp_path):
     with open_workers(0) as pool:
         points, preferences, failures = tune.run(plan, tmp_path, pool, Resources(0, quiet=True))
     assert not failures and {path.stem for path in tmp_path.glob("*.png")} == {"size", "disc", "direction"}
-    read = pl.DataFrame(
-        pl.read_csv(tmp_path / "tuning.csv", infer_schema_length=None).to_dicts(), infer_schema_length=None
-    )
+    read = pl.read_csv(tmp_path / "tuning.csv", infer_schema_length=None)
     assert read.rows() == points.drop("x", "y").rows()
     assert read["size_px"].to_list() == [x if c == "size" else None for c, x in points["curve", "x"].rows()]
     rows = pl.read_csv(tmp_path / "preferences.csv").to_dicts()

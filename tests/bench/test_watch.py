@@ -16,33 +16,17 @@ from experiments import UsageError, watch
 from experiments.bench.cli import main
 from experiments.bench.run import interrupts
 from experiments.bench.run.play import Showing
-from experiments.bench.run.settings import watchers
 from experiments.bench.sources import video
 from experiments.bench.sources.motion import motions
 from experiments.bench.sources.video import VideoSource, usual_size
 from experiments.bench.watch import Recorder
 from tests.dsnn.test_video import ARROW, CASES, written
+from tests.helpers.answering import write_model
 from tests.helpers.footage import FPS, street
 from tests.helpers.footage import film as filmed
 
 CLIP = street(movers="opposite")
 FRAMES = len(CLIP)
-BREAKS = """
-from dataclasses import dataclass
-from dsnn import ModelEntry, Response
-@dataclass(frozen=True)
-class Parameters:
-    gain: float = 1.0
-class Network:
-    def __init__(self, shape, parameters):
-        self.frames = 0
-    def step(self, frame):
-        self.frames += 1
-        if self.frames > 5:
-            raise ValueError("no answer")
-        return Response(hs=0.5)
-MODEL = ModelEntry("broken", "breaks", Network, Parameters())
-"""
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +54,6 @@ def decoded(path: Path) -> np.ndarray:
 
 ANSWERS = {  # by the README of these files: channel, peak of the potential, spikes, pictures, frames per second
     "right.mp4": ("hs", 0.40, 79, 90, 30),
-    "down.mp4": ("vs", 0.61, 128, 90, 30),
     "mirrored.mp4": ("vs", 0.61, 128, 90, 30),
     "interlaced.mpg": ("hs", 0.21, 32, 45, 25),
 }
@@ -158,11 +141,11 @@ def test_a_folder_of_pictures_is_shown_in_the_order_of_its_numbers():
 
 @pytest.mark.parametrize("alone", [False, True])
 def test_a_model_that_raises_loses_its_own_rows(film, alone):
-    Path("broken.py").write_text(BREAKS)
-    run = watch(film, models="broken.py", only=alone, quiet=True, seconds=1.0)
+    broken = write_model(Path(), "broken", "Response(hs=0.5) if self.frame < 6 else 1 / 0")
+    run = watch(film, models=broken, only=alone, quiet=True, seconds=1.0)
     assert run.trials["model"].to_list() == ([] if alone else ["dsnn"])
     assert run.frames.height == (0 if alone else 31)
-    assert "no answer" in run.failures["reason"][0]
+    assert "division by zero" in run.failures["reason"][0]
 
 
 def test_no_image_is_kept(film, monkeypatch):
@@ -293,10 +276,3 @@ def test_intervals_are_merged_over_short_gaps_and_need_three_frames():
     assert intervals(over + [0] * 4 + over) == [("leftward", 0, 9, 6, -0.2)]
     assert intervals(over + [0] * 6 + over) == [("leftward", 0, 2, 3, -0.2), ("leftward", 9, 11, 3, -0.2)]
     assert intervals([0.2] * 3 + over) == [("rightward", 0, 2, 3, 0.2), ("leftward", 3, 5, 3, -0.2)]
-
-
-def test_models_get_the_off_line_preset():
-    plain, earlier = (model.network for model in watchers(["dsnn", "dsn2017"], ())[0])
-    assert plain == DSNNParams.offline() and earlier == DSNNParams.offline(fdsr=False)
-    (other,), _ = watchers(["dsnn"], ["dsnn.fps=24"], fps=60.0)
-    assert other.network.fps == 24, "what is said of one parameter counts"

@@ -13,8 +13,10 @@ import pytest
 from PIL import Image
 
 import experiments
+from experiments.bench.report import style
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from tests.conftest import Colias
+from tests.helpers import user_files
 from tests.helpers.inside import inside
 from tests.helpers.processes import CLI
 
@@ -49,7 +51,7 @@ def test_tables_hold_every_trial_and_frame(finished):
     assert all(f"{mean:g}" in printed for mean in means) and "C15 not judged" in printed
 
 
-def test_run_json_holds_every_parameter_and_figures_note_its_code(finished):
+def test_run_json_holds_every_parameter_and_figures_note_its_code_and_are_drawn_again(finished, tmp_path):
     folder, _ = finished
     description = json.loads((folder / "run.json").read_text())
     assert (description["seed"], description["repeats"], description["trials"]) == (3, 2, 8)
@@ -60,32 +62,16 @@ def test_run_json_holds_every_parameter_and_figures_note_its_code(finished):
         noted = picture.info["Source"]
     assert description["code"] in noted and (description["source"]["commit"] or "unknown")[:12] in noted
     assert noted in (folder / "figure.svg").read_text()
+    shutil.copy(folder / "run.json", tmp_path)
+    style.save(experiments.load(folder).figure(), tmp_path / "figure")
+    assert (tmp_path / "figure.svg").read_bytes() == (folder / "figure.svg").read_bytes()
 
 
-MODEL = """
-from dataclasses import dataclass
-from dsnn import ModelEntry, Response
-from helper import GAIN
-
-@dataclass(frozen=True)
-class Parameters:
-    gain: float = 1.0
-
-class Mean:
-    def __init__(self, shape, parameters):
-        self.gain = GAIN * parameters.gain
-    def reset(self):
-        pass
-    def step(self, frame, *, channels="grey", maps=False):
-        return Response(self.gain * float(frame.mean()), 0.0, 0, 0)
-
-MODEL = ModelEntry("mean", "mean brightness", Mean, Parameters())
-"""
 EXPERIMENT = """
 from experiments import Clip, OfflineExperiment
 
 EXPERIMENT = OfflineExperiment(
-    name="mine", summary="a crossing", models=["mean.py:gain=2.0"],
+    name="mine", summary="a crossing", models=["my_model.py:gain=0.001"],
     clips=[Clip("crossing", "plain", {"rows": 20, "columns": 32})],
 )
 """
@@ -93,10 +79,10 @@ EXPERIMENT = OfflineExperiment(
 
 @pytest.fixture
 def mine(tmp_path):
-    """A folder with a run of one's own experiment, model and helper."""
-    for name, text in {"helper.py": "GAIN = 0.03\n", "mean.py": MODEL, "mine.py": EXPERIMENT}.items():
-        (tmp_path / name).write_text(text)
-    done = Colias(tmp_path)("run", "mine.py", "--model=mean.py:gain=3.0", "--out", "run", "-q", "--seed", "5")
+    """A folder with a run of one's own experiment and model."""
+    (tmp_path / "mine.py").write_text(EXPERIMENT)
+    (tmp_path / "my_model.py").write_text(user_files.MODEL)
+    done = Colias(tmp_path)("run", "mine.py", "--model=my_model.py:gain=0.003", "--out", "run", "-q", "--seed", "5")
     assert done.returncode == 0, done.stderr
     return tmp_path
 
@@ -118,10 +104,10 @@ def test_a_run_is_repeated_from_the_files_at_their_places(mine):
 
 
 def test_an_edited_file_is_named_and_so_is_the_first_row_that_differs(mine):
-    (mine / "helper.py").write_text("GAIN = 0.04\n")
+    (mine / "my_model.py").write_text(user_files.MODEL.replace("np.tanh", "0.5 * np.tanh"))
     repeated = again(mine)
-    assert repeated.returncode == 1 and "helper.py has changed" in repeated.stderr
-    assert re.match(r"differs: \w+\.parquet, trial 0, model mean:gain=.*: .* is .+ there and .+ here", repeated.stdout)
+    assert repeated.returncode == 1 and "my_model.py has changed" in repeated.stderr
+    assert re.match(r"differs: \w+\.parquet, trial 0, model gradient:gain=.*: .* there and .+ here", repeated.stdout)
 
 
 @pytest.mark.parametrize("changes", [{"trials": 3, "ended": None}, {"command": {"line": ["train", "Optomotor"]}}])
@@ -135,7 +121,7 @@ def test_what_cannot_be_repeated_is_refused(mine, changes):
 def test_a_call_from_python_is_repeated_in_its_folder(mine, monkeypatch):
     monkeypatch.chdir(mine)
     (mine / "run").rename(mine / "other")
-    experiments.run("mine.py", seed=2, settings={"mean.gain": 6}, out="run", workers=0, quiet=True)
+    experiments.run("mine.py", seed=2, settings={"gradient.gain": 0.006}, out="run", workers=0, quiet=True)
     note = json.loads(Path("run/run.json").read_text())
     assert (note["command"]["call"], note["command"]["arguments"]["seed"]) == ("experiments.run", 2)
     repeated = again(mine)

@@ -1,9 +1,7 @@
 """Messages that lead on: the known name that a mistyped one was meant for, and where in a user's file it went wrong."""
 
-import gymnasium as gym
 import pytest
 
-import colias_sim  # noqa: F401  (registers the envs)
 import scenes
 from colias_sim import SceneConfig
 from dsnn import model_entry
@@ -11,18 +9,6 @@ from dsnn.stimuli import stimulus
 from experiments.bench.cli import main
 
 FAR = "zqzqzqzq"
-
-
-def avoidance(**options):
-    gym.make("colias_sim/Avoidance-v0", observation="state", **options).close()
-
-
-def reset(options):
-    env = gym.make("colias_sim/Avoidance-v0", observation="state")
-    try:
-        env.reset(options=options)
-    finally:
-        env.close()
 
 
 REFUSALS = {
@@ -37,11 +23,6 @@ REFUSALS = {
     "a key": (lambda name: main.command(["run", "speed", "--set", f"dsnn.{name}=1"]), "n_kon", "dsnn.n_con"),
     "a section": (lambda name: main.command(["run", "speed", "--set", f"{name}.n_con=1"]), "dsn", "dsnn.n_con"),
     "a model's parameter": (lambda name: main.command(["run", "speed", "--model", f"dsnn:{name}=1"]), "n_kon", "n_con"),
-    "an env's argument": (lambda name: avoidance(**{name: 1}), "robtos", "robots"),
-    "factor": (lambda name: avoidance(randomise={name: (0.7, 1.3)}), "ligth", "light"),
-    "a preset of factors": (lambda name: avoidance(randomise=name), "domian", "domain"),
-    "an option of reset": (lambda name: reset({name: 0.5}), "ligth", "light"),
-    "a pose": (lambda name: reset({"poses": {name: (0, 0, 0)}}), "obsrver", "observer"),
 }
 
 
