@@ -159,8 +159,10 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
     ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
     cells = style.by(table, "model", "clip", "time").agg(ends)
-    bands = -(-len(clips) // (6 if len(models) <= 3 else ACROSS))
-    across, drawn = -(-len(clips) // bands), _page(bands * len(models), 0.95, 1.3)
+    most = min({1: 6, 2: 8, 3: 8}.get(len(models), ACROSS), len(clips))
+    across = max((n for n in range(4, most + 1) if len(clips) % n == 0), default=most)  # rows alike, as of one shade
+    bands = -(-len(clips) // across)
+    drawn = _page(bands * len(models), 0.95, 1.3)
     panels = drawn.subplots(bands * len(models), across, squeeze=False, sharey="row")
     for axes in panels.flat:
         axes.set_visible(False)
