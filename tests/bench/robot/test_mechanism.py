@@ -79,15 +79,3 @@ def test_a_part_counts_its_own_frames():
     silent = SimpleNamespace(**responses(choose("emd"), frames, masks, CAMERA.fps))
     assert (silent.spikes_in_view, silent.rate_in_view_hz, silent.spikes_in_window) == (None, None, None)
     assert silent.mean_hs_near_axis == measured.mean_hs_near_axis
-
-
-def test_an_approach_has_no_crossing_s_parts():
-    condition = Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
-    count = 30
-    frames = poses(np.arange(count) / 30, CAMERA.forward_cm, -9.0)
-    zero, none = np.zeros(count), np.zeros(count, np.int64)
-    frames = frames.with_columns(hs=zero, vs=zero, hs_spikes=none, vs_spikes=none, looming=zero)
-    measured = responses(choose("dsnn"), frames, windows(condition, CAMERA, frames), CAMERA.fps)
-    parts = ("rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window", "spikes_in_inner_window")
-    assert measured["spikes_in_view"] == 0, "never in view"
-    assert [measured[name] for name in parts] == [None] * 5
