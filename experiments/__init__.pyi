@@ -13,7 +13,7 @@ from .bench.run.provenance import __version__ as __version__
 from .bench.sources.behaviour import Behaviour as Behaviour
 from .bench.sources.behaviour import Wheels as Wheels
 from .bench.sources.clips import Clip as Clip
-from .bench.sources.clips import Figure as Figure
+from .bench.sources.clips import ClipFigure as ClipFigure
 from .bench.sources.clips import OfflineExperiment as OfflineExperiment
 from .bench.sources.conditions import Condition as Condition
 from .bench.sources.conditions import Leg as Leg
@@ -48,12 +48,12 @@ __all__ = [
     "Check",
     "Claim",
     "Clip",
+    "ClipFigure",
     "Clutter",
     "Condition",
     "Contrast",
     "Egomotion",
     "Experiment",
-    "Figure",
     "Fit",
     "Fitted",
     "General",

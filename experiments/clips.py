@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
-from experiments import Clip, Figure, OfflineExperiment
+from experiments import Clip, ClipFigure, OfflineExperiment
 
 SIDEWAYS, DEPTH = ("rightward", "leftward"), ("looming", "receding")
 EARLIER = ("dsnn", "dsn2017", "dsn2017:k_sig=33.22")
@@ -101,7 +101,7 @@ CLUTTER_SPEED = OfflineExperiment(
         for shade, shift, speed in product(EXTREMES, SHIFTS, (40.0, 80.0, 120.0))
     ],
     EARLIER, ("C7", "C8"), repeats=2, recorded=False,
-    figure=Figure("peaks", along="speed", lines="background_speed", panels="grey"),
+    figure=ClipFigure("peaks", along="speed", lines="background_speed", panels="grey"),
 )  # fmt: skip
 CLUTTER_CONTRAST = OfflineExperiment(
     "clutter-contrast", "objects of five greys cross at 40 .. 120 px/s before a natural image shifting at -8 px/s",
@@ -114,14 +114,14 @@ CLUTTER_CONTRAST = OfflineExperiment(
         "emd:gain=0.7732",  # its gain matched
         "dsnn:n_con=1,k_sig=0.00125", "dsnn:n_con=2,k_sig=0.0025",  # as a mean per correlator
     ),
-    ("C9", "C10", "C11", "C24", "C26"), repeats=2, recorded=False, figure=Figure("contrast"),
+    ("C9", "C10", "C11", "C24", "C26"), repeats=2, recorded=False, figure=ClipFigure("contrast"),
 )  # fmt: skip
 # What the DoG pre-filter and FDSR each take off the potentials; the last two with their gain matched.
 BACKGROUND_ALONE = OfflineExperiment(
     "background-alone", "a natural image shifts at -2 .. -10 px/s, without DoG or FDSR",
     [cluttered(f"alone at {shift:g}", object="absent", background_speed=shift) for shift in SHIFTS],
     ("dsnn", "dsnn:dog=false", "dsnn:fdsr=false", "dsnn:dog=false,k_sig=0.3056", "dsnn:fdsr=false,k_sig=33.22"),
-    ("C27",), repeats=5, figure=Figure("background"),
+    ("C27",), repeats=5, figure=ClipFigure("background"),
 )  # fmt: skip
 
 PER_FRAME = (CLUTTER_DEPTH, CLUTTER_TRANSLATION, CLUTTER_SPEED, CLUTTER_CONTRAST, BACKGROUND_ALONE)
@@ -143,7 +143,7 @@ CLUTTER_FRAMES = OfflineExperiment(
         for clip in experiment.clips
     ],
     ("dsnn", "dsn2017", "emd", "dsnn:n_con=1", "dsnn:n_con=2", "dsnn:dog=false", "dsnn:fdsr=false"),
-    repeats=2, recorded=False, figure=Figure("ranges"),
+    repeats=2, recorded=False, figure=ClipFigure("ranges"),
 )  # fmt: skip
 
 # The paper's real-world, in a street of our own rendering.
@@ -188,7 +188,7 @@ BACKGROUND = OfflineExperiment(
             for behind in FASTER
         ),
     ],
-    ("dsnn", "dsn2017", "emd"), recorded=False, figure=Figure("background"),
+    ("dsnn", "dsn2017", "emd"), recorded=False, figure=ClipFigure("background"),
 )  # fmt: skip
 
 # The paper compares the DSNN with two models and gives none of their constants: claims along these. With the DSNN's
@@ -200,11 +200,11 @@ VARIANTS_EMD = tuple(
 )
 CONSTANTS_2017 = OfflineExperiment(
     "constants-2017", "C5, C6 and C7 with the model of 2017 at sigmoid scales over five decades",
-    (*CLUTTER_DEPTH.clips, *CLUTTER_SPEED.clips), ("dsnn", *VARIANTS_2017), recorded=False, figure=Figure("ranges"),
+    (*CLUTTER_DEPTH.clips, *CLUTTER_SPEED.clips), ("dsnn", *VARIANTS_2017), recorded=False, figure=ClipFigure("ranges"),
 )  # fmt: skip
 CONSTANTS_EMD = OfflineExperiment(
     "constants-emd", "C11 and C26 with the EMD at 24 choices of spacing, delay and high-pass", CLUTTER_CONTRAST.clips,
-    ("dsnn", *VARIANTS_EMD), recorded=False, figure=Figure("ranges"),
+    ("dsnn", *VARIANTS_EMD), recorded=False, figure=ClipFigure("ranges"),
 )  # fmt: skip
 
 EXPERIMENTS = (

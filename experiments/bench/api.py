@@ -10,24 +10,20 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench import fit as fits
-from experiments.bench import registry
-from experiments.bench.offline import OfflinePlan
-from experiments.bench.offline import plan as clips_plan
+from experiments.bench import offline, registry, trials
 from experiments.bench.report.terminal import tell_troubles
 from experiments.bench.result import Run
 from experiments.bench.run.command import begun_by
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.files import new_folder
 from experiments.bench.run.models import model_texts, shown_models
-from experiments.bench.run.runs import Resources, worker_count
+from experiments.bench.run.runs import Batch, Resources, worker_count
 from experiments.bench.run.settings import assignments
 from experiments.bench.sources.clips import OfflineExperiment
-from experiments.bench.sources.experiment import LIVE, ByHand, Experiment
+from experiments.bench.sources.experiment import LIVE, Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
 from experiments.bench.stats.claim import Claim
 from experiments.bench.study import Fit, shipped
-from experiments.bench.trials import Plan, both
-from experiments.bench.trials import plan as robot_plan
 
 __all__ = ["Claim", "fit", "perform", "planned", "run"]
 
@@ -44,7 +40,7 @@ def planned(
     seed: int = 0,
     eyes: str = ONE_EYE,
     pictures: Pictures | None = None,
-) -> Plan | OfflinePlan:
+) -> Batch[Any]:
     """Check what is asked for, and list its trials or clips; nothing is written.
 
     Parameters
@@ -71,9 +67,8 @@ def planned(
             raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
         if pictures and not any(clip.takes_scene() for clip in experiment.clips):
             raise UsageError(f"--pictures: no clip of {experiment.name} has a background to show them")
-        return clips_plan(experiment, shown, settings, repeats, seed, pictures)
-    trials = robot_plan(experiment, shown, settings, repeats, seed, pictures)
-    return both(trials) if eyes == BOTH_EYES else trials
+        return offline.plan(experiment, shown, settings, repeats, seed, pictures)
+    return trials.plan(experiment, shown, settings, repeats, seed, pictures, both=eyes == BOTH_EYES)
 
 
 def perform(
@@ -97,14 +92,11 @@ def perform(
         It cannot be run so; nothing is written then.
     """
     plan = planned(experiment, **asked)
-    if isinstance(plan, OfflinePlan):
-        from experiments.bench import offline  # not before: it draws, and a wrong use should be quick
-
+    if isinstance(experiment, OfflineExperiment):
         with resources.pool(rendering=False) as pool:
-            return offline.run(plan, folder, pool, resources, recordings=recordings and plan.experiment.recorded)
-    from experiments.bench import trials as robot_run
-
-    return robot_run.run(plan, folder, resources, recordings=recordings)
+            return offline.run(plan, folder, pool, resources, recordings=recordings and experiment.recorded)
+    with resources.pool() as pool:
+        return trials.run(plan, folder, pool, resources, recordings=recordings)
 
 
 def run(
@@ -179,8 +171,8 @@ def run(
     """
     if isinstance(experiment, Experiment | OfflineExperiment):
         declared: Experiment | OfflineExperiment = experiment
-        design = getattr(declared, "design", None)
-        source: Any = {LIVE: asdict(design.hand)} if isinstance(design, ByHand) else {"object": declared.name}
+        hand = declared.conditions()[0].hand if isinstance(declared, Experiment) and declared.name == LIVE else None
+        source: Any = {LIVE: asdict(hand)} if hand else {"object": declared.name}
         registry.check_claims(declared, f"experiment {declared.name}")
     else:
         declared, source = registry.find(str(experiment)), str(experiment)

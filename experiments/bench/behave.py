@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,8 +34,8 @@ from experiments.bench.sources.behaviour import Behaviour
 from experiments.bench.sources.episodes import (
     EPISODES,
     STEPS,
+    EpisodeCondition,
     EpisodeTrial,
-    Setting,
     env_id,
     load_behaviour,
     play,
@@ -48,55 +48,56 @@ from scenes import is_arena_file
 SET_BY_BEHAVIOUR = ("observation", "actions", "model")
 
 
-@dataclass(frozen=True, slots=True)
-class BehaviourPlan:
-    """Who plays where: behaviours in order, each at the same ``episodes`` seeds from ``seed`` up."""
+def episodes(
+    behaviours: Sequence[str], env: str, options: Mapping[str, Any], count: int, seed: int, steps: int | None = None,
+    reference: str = "",
+) -> Batch[EpisodeTrial]:  # fmt: skip
+    """Return the episodes of behaviours in an env as a batch; those of equal repeat have equal seeds, so equal worlds.
 
-    behaviours: tuple[str, ...]
-    """Registered names, or absolute paths of files."""
-    env: str
-    options: Mapping[str, Any]
-    """The arguments of the env that are set."""
-    episodes: int
-    seed: int
-    steps: int | None = None
-    """Number of frames of an episode; otherwise the env's own number."""
-    reference: str = ""
-    """Name of the behaviour that collisions are compared with; otherwise the first one's."""
-
-    def loaded(self) -> list[Behaviour]:
-        """Return the behaviours."""
-        return [load_behaviour(name) for name in self.behaviours]
-
-    def specs(self) -> list[EpisodeTrial]:
-        """Return every episode; those of equal repeat have equal seeds, so equal worlds."""
-        specs = []
-        for place, behaviour in enumerate(self.loaded()):
-            setting = Setting(self.behaviours[place], self.env, self.options, self.steps)
-            sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
-            for repeat in range(self.episodes):
-                index = place * self.episodes + repeat
-                specs.append(EpisodeTrial("behave", index, repeat, self.seed + repeat, setting, sees_by))
-        return specs
-
-    def describe(self) -> dict[str, Any]:
-        """Return what ``run.json`` holds."""
-        arena = self.options.get("arena", "")
-        files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
-        sources = [*self.behaviours, *(one.model for one in self.loaded()), *files]
-        return {
-            "kind": "episodes", "experiment": "behave", "behaviours": self.behaviours, "env": self.env,
-            "options": self.options, "episodes": self.episodes, "seed": self.seed, "steps": self.steps,
-            "trials": self.episodes * len(self.behaviours),
-            **provenance.of(map(_source, dict.fromkeys(sources))),
-        }  # fmt: skip
+    Parameters
+    ----------
+    behaviours
+        Registered names, or absolute paths of files.
+    env, options
+        The env, and the arguments of it that are set.
+    count, seed
+        Episodes of each behaviour, and the seed of the first.
+    steps
+        Number of frames of an episode; otherwise the env's own number.
+    reference
+        Name of the behaviour that collisions are compared with; otherwise the first one's.
+    """
+    loaded = list(map(load_behaviour, behaviours))
+    specs = []
+    for place, behaviour in enumerate(loaded):
+        condition = EpisodeCondition(behaviours[place], env, options, steps)
+        sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
+        for repeat in range(count):
+            specs.append(EpisodeTrial("behave", place * count + repeat, repeat, seed + repeat, condition, sees_by))
+    arena = options.get("arena", "")
+    files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
+    sources = [*behaviours, *(behaviour.model for behaviour in loaded), *files]
+    description = {
+        "kind": "episodes", "experiment": "behave", "behaviours": behaviours, "env": env, "options": options,
+        "episodes": count, "seed": seed, "steps": steps, "trials": len(specs), "recorded": 0,
+        "reference": reference or loaded[0].name, **provenance.of(map(_source, dict.fromkeys(sources))),
+    }  # fmt: skip
+    return Batch(
+        name="behave",
+        # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
+        specs=sorted(specs, key=lambda trial: (trial.repeat, trial.index)),
+        work=partial(play_trial, recorded=0),
+        description=description,
+        schemas=(EPISODES, STEPS),
+        things="episodes",
+    )
 
 
 def plan(
-    names: Sequence[str], env: str | None = None, assignments: Sequence[str] = (), episodes: int = 20, seed: int = 0,
+    names: Sequence[str], env: str | None = None, assignments: Sequence[str] = (), count: int = 20, seed: int = 0,
     *, baselines: bool = True,
-) -> BehaviourPlan:  # fmt: skip
-    """Return a checked plan of behaviours in one env, and of what they are compared with.
+) -> Batch[EpisodeTrial]:  # fmt: skip
+    """Return the episodes of behaviours in one env, and of what they are compared with, checked.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def plan(
         Otherwise that of the first behaviour.
     assignments
         ``NAME=VALUE`` texts: arguments of the env.
-    episodes, seed
+    count, seed
         Episodes of each behaviour, and the seed of the first.
     baselines
         Whether to play the baselines too.
@@ -126,12 +127,11 @@ def plan(
     references = [member for name in names for member in REFERENCE.get(name, ())]
     others = (references or ENVS[where].baselines) if baselines else ()
     played = tuple(dict.fromkeys([*asked, *others]))
-    check_counts(seed, episodes, "--episodes")
-    planned = BehaviourPlan(played, where, options, episodes, seed, reference=(references or [first.name])[0])
-    called = [behaviour.name for behaviour in planned.loaded()]
+    check_counts(seed, count, "--episodes")
+    called = [load_behaviour(name).name for name in played]
     if twice := next((name for name in called if called.count(name) > 1), None):
         raise UsageError(f"two behaviours are called {twice}; rename one of them")
-    return planned
+    return episodes(played, where, options, count, seed, reference=(references or [first.name])[0])
 
 
 def _source(name: str) -> str:
@@ -191,15 +191,13 @@ def play_trial(trial: EpisodeTrial, *, recorded: int) -> TrialRecord:
     return drawn_here(done) if episode.responses else done  # one that senses the state sees no picture
 
 
-def run(
-    plan: BehaviourPlan, out: Path, pool: Workers, resources: Resources, *, recordings: int = 0
-) -> Run:  # fmt: skip
+def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, resources: Resources, *, recordings: int = 0) -> Run:
     """Play the episodes that a folder lacks, score, judge and draw.
 
     Parameters
     ----------
-    plan
-        From `plan`.
+    batch
+        From `plan` or `episodes`.
     out
         The run's folder: a new one, or one that holds a part of this run.
     pool, resources
@@ -209,23 +207,15 @@ def run(
     """
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
-    names = [behaviour.name for behaviour in plan.loaded()]
-    batch = Batch(
-        name="behave",
-        # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
-        specs=sorted(plan.specs(), key=lambda trial: (trial.repeat, trial.index)),
-        work=partial(play_trial, recorded=recordings),
-        description={**plan.describe(), "recorded": recordings},
-        schemas=(EPISODES, STEPS),
-        things="episodes",
-    )
-    with batch.run(out, pool, resources) as folder:
+    env, names = batch.description["env"], [load_behaviour(name).name for name in batch.description["behaviours"]]
+    work, description = partial(play_trial, recorded=recordings), {**batch.description, "recorded": recordings}
+    with replace(batch, work=work, description=description).run(out, pool, resources) as folder:
         trials = folder.table("trials")
         # A claim is about the env as it is.
-        judged = [] if plan.options else scoring.verdicts(plan.env, names, trials)
+        judged = [] if batch.description["options"] else scoring.verdicts(env, names, trials)
         folder.write_json("claims.json", stored.document(judged))
         played = load(out)
-        summary = scoring.summary(trials, plan.env, plan.reference or names[0])
+        summary = scoring.summary(trials, env, batch.description["reference"])
         if not summary.is_empty():
             folder.write_rows("summary.csv", summary.to_dicts())
             style.save(played.figure(), out / "figure")

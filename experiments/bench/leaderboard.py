@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -30,8 +29,7 @@ from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import watchers
 from experiments.bench.sources.clips import Clip, OfflineExperiment
-from experiments.bench.sources.conditions import Condition
-from experiments.bench.sources.experiment import Angular, Design, Experiment, Translation
+from experiments.bench.sources.experiment import Angular, Design, Experiment, Listed, Translation
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.tests import (
     Score,
@@ -94,27 +92,16 @@ BEHIND = {
 JITTER_PX = 0.3
 
 
-@dataclass(frozen=True)
-class BoardDesign:
-    """Crossings both ways, and straight approach and recession at the same speeds."""
-
-    pose_sd_mm: float = 1.0
-    heading_sd_deg: float = 1.0
-
-    def conditions(self) -> tuple[Condition, ...]:
-        """Twelve crossings, three approaches, three recessions."""
-        designs: list[Design] = [
-            Translation(SPEEDS_CM_S, DISTANCES_CM, "both"),
-            *(Angular("approach", (0.0,), speed_cm_s=speed) for speed in SPEEDS_CM_S),
-            *(Angular("recession", (0.0,), speed_cm_s=speed) for speed in SPEEDS_CM_S),
-        ]
-        return tuple(condition for design in designs for condition in design.conditions())
-
-
+DESIGNS: tuple[Design, ...] = (
+    Translation(SPEEDS_CM_S, DISTANCES_CM, "both"),
+    *(Angular("approach", (0.0,), speed_cm_s=speed) for speed in SPEEDS_CM_S),
+    *(Angular("recession", (0.0,), speed_cm_s=speed) for speed in SPEEDS_CM_S),
+)
+"""Twelve crossings, three straight approaches and recessions at the same speeds."""
 ROBOT = Experiment(
     name="robot",
     summary="crossings at 4, 6, 10 cm/s, at 6 and 10 cm; straight approach and recession at the same speeds",
-    design=BoardDesign(),
+    design=Listed(tuple(condition for design in DESIGNS for condition in design.conditions())),
     varies="speed_cm_s",
     repeats=REPEATS,
 )
@@ -202,11 +189,11 @@ def _backgrounds(photograph: Mapping[str, Any], foliage: Mapping[str, Any]) -> I
     yield _clip("foliage", "foliage", foliage)
 
 
-Plan = Mapping[str, Sequence[Batch[Any]]]
+Boards = Mapping[str, Sequence[Batch[Any]]]
 """What is to be run: ``robot``, the trials of all models, and of each board that has models the clips."""
 
 
-def plan(models: Sequence[str], repeats: int | None, seed: int) -> Plan:
+def plan(models: Sequence[str], repeats: int | None, seed: int) -> Boards:
     """Plan the robot's trials of all models, and the clips of each board that has models.
 
     A model stands on every board that it has a channel for, and on that of direction if it has none.
@@ -231,11 +218,11 @@ def plan(models: Sequence[str], repeats: int | None, seed: int) -> Plan:
         DIRECTION: [text for text, has in channels.items() if {"hs", "vs"} & has or "looming" not in has],
         LOOMING: [text for text, has in channels.items() if "looming" in has],
     }
-    planned: dict[str, list[Batch[Any]]] = {ROBOT.name: [trials.batch(robot)]}
+    planned: dict[str, list[Batch[Any]]] = {ROBOT.name: [robot]}
     for board, names in boards.items():
         for experiment in clip_experiments(board, names) if names else ():
             clips = offline.plan(experiment, experiment.models, (), repeats if experiment.repeats > 1 else None, seed)
-            planned.setdefault(board, []).append(offline.batch(clips))
+            planned.setdefault(board, []).append(clips)
     return planned
 
 
@@ -368,7 +355,7 @@ def looming_scores(robot: pl.DataFrame, clips: pl.DataFrame) -> dict[str, Score 
     }
 
 
-def rank(planned: Plan, responses: Mapping[str, pl.DataFrame], times: Mapping[str, Any]) -> dict[str, pl.DataFrame]:
+def rank(planned: Boards, responses: Mapping[str, pl.DataFrame], times: Mapping[str, Any]) -> dict[str, pl.DataFrame]:
     """Score the models of each board, and rank them.
 
     Parameters
@@ -465,7 +452,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
     return {runner.label: taken[runner.label][1:] for runner in runners if not runner.trouble}
 
 
-def run(planned: Plan, folder: Path, resources: Resources) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
+def run(planned: Boards, folder: Path, resources: Resources) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
     """Run what ``folder`` lacks of a `plan`, time the models, and write a table and a figure of each board.
 
     Returns

@@ -33,7 +33,7 @@ Number = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
+class SweepMeasure:
     """A number that a sweep can show.
 
     Parameters
@@ -129,20 +129,20 @@ def least_peak(rows: Rows) -> Number:
 
 
 _ENTRIES = (
-    Measure("peak-speed-potential", "speed at which mean HS near the axis is largest", "cm/s",
+    SweepMeasure("peak-speed-potential", "speed at which mean HS near the axis is largest", "cm/s",
             partial(peak_speed, column="mean_hs_near_axis"), _crossings),
-    Measure("peak-speed-count", "speed at which there are most spikes", "cm/s",
+    SweepMeasure("peak-speed-count", "speed at which there are most spikes", "cm/s",
             partial(peak_speed, column="spikes"), _crossings),
-    Measure("peak-hs", "largest HS of a crossing, of several the lowest", "", least_peak, _rightward),
+    SweepMeasure("peak-hs", "largest HS of a crossing, of several the lowest", "", least_peak, _rightward),
 )  # fmt: skip
-MEASURES: Mapping[str, Measure] = {measure.name: measure for measure in _ENTRIES}
+MEASURES: Mapping[str, SweepMeasure] = {measure.name: measure for measure in _ENTRIES}
 """The measures by name."""
 
 SPIKES = "spikes"
 """The measure that is one of each condition: the mean number of spikes in a trial."""
 
 
-def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
+def spikes_in(conditions: Sequence[Condition]) -> list[SweepMeasure]:
     """Return a measure for each condition: the mean number of spikes in its trials, with its 95 % interval.
 
     Each is called by the columns in which conditions differ.
@@ -156,7 +156,8 @@ def spikes_in(conditions: Sequence[Condition]) -> list[Measure]:
                  for name, value in values.items()]  # fmt: skip
         name = f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES
         of = partial(mean_spikes, condition=columns)
-        measures.append(Measure(name, "mean number of spikes in a trial", "", of, conditions=tuple(columns.items())))
+        words = "mean number of spikes in a trial"
+        measures.append(SweepMeasure(name, words, "", of, conditions=tuple(columns.items())))
     return measures
 
 
@@ -186,7 +187,7 @@ def mean_spikes(rows: Rows, *, condition: Mapping[str, Any]) -> Number:
 
 def chosen(
     wanted: Sequence[str], conditions: Mapping[str, Sequence[Sequence[Any]]], models: Sequence[ConfiguredModel]
-) -> list[tuple[Measure, str]]:
+) -> list[tuple[SweepMeasure, str]]:
     """Return measures by their names, each with the first experiment that gives it.
 
     Parameters
@@ -203,7 +204,7 @@ def chosen(
     UsageError
         A measure is not known, none of the experiments gives it at all points, or no model responds by ``hs``.
     """
-    found: list[tuple[Measure, str]] = []
+    found: list[tuple[SweepMeasure, str]] = []
     for name in dict.fromkeys(wanted):
         if name == SPIKES:
             every = {place: [one for some in shown for one in some] for place, shown in conditions.items()}

@@ -19,8 +19,6 @@ from experiments import OFFLINE
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.bench import behave, offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
-from experiments.bench.behave import BehaviourPlan
-from experiments.bench.offline import OfflinePlan
 from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.report.terminal import error_console
 from experiments.bench.result import Run, whole_networks
@@ -29,7 +27,7 @@ from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, plain
 from experiments.bench.run.rows import Failure
-from experiments.bench.run.runs import Resources
+from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.sources import motion
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
@@ -42,9 +40,8 @@ from experiments.bench.stats.count import LEAST_JUDGED, count
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.study import WHOLE, Study, shipped
 from experiments.bench.sweep import Sweep
-from experiments.bench.sweep_plan import EVERY_MODEL
-from experiments.bench.sweep_plan import Plan as SweepPlan
-from experiments.bench.trials import Plan, conclude, describe, plan
+from experiments.bench.sweep_plan import EVERY_MODEL, SweepPlan
+from experiments.bench.trials import plan
 from experiments.claims import footage, model_clips
 from experiments.claims.clips import LEAST_GREYS
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
@@ -73,7 +70,7 @@ SHORT = (
 """The off-line experiments without grids of long clips."""
 READ_OFF = ("background", "constants-2017", "constants-emd")
 """The studies whose points are clips of an off-line experiment of the same name."""
-Shown = tuple[OfflinePlan, Sequence[Mapping[str, Any]]]
+Shown = tuple[Batch[Any], Sequence[Mapping[str, Any]]]
 """An off-line experiment and its rows."""
 REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
 """Folders of the trials other than replicate 0's."""
@@ -139,12 +136,12 @@ class Plans:
 
     scale: Scale
     seed: int
-    robot: list[Plan]
-    clips: list[OfflinePlan]
-    behaviours: list[BehaviourPlan]
+    robot: list[Batch[Any]]
+    clips: list[Batch[Any]]
+    behaviours: list[Batch[Any]]
     studies: dict[str, SweepPlan]
 
-    def paper(self) -> list[Plan]:
+    def paper(self) -> list[Batch[Any]]:
         """Return the plans of the paper's experiments: replicate 0."""
         return self.robot[: len(registry.paper_experiments())]
 
@@ -175,7 +172,7 @@ def planned(
         plan(registry.load(name), _models(name, labels), (), scale.repeats, seed)
         for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
-    names = [part.experiment.name for part in robot]
+    names = [part.name for part in robot]
     for name in names:
         if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE):
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
@@ -206,13 +203,13 @@ def _models(experiment: str, labels: Sequence[str]) -> list[str]:
     return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
 
 
-def _played(env: str, scale: Scale, seed: int) -> BehaviourPlan:
+def _played(env: str, scale: Scale, seed: int) -> Batch[Any]:
     """Plan what the claims about behaviours need in an env: all at the same seeds."""
     whole = ENVS[env].max_episode_steps
-    return BehaviourPlan(PLAYED[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole))
+    return behave.episodes(PLAYED[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole))
 
 
-def _clips(name: str, scale: Scale, seed: int) -> OfflinePlan:
+def _clips(name: str, scale: Scale, seed: int) -> Batch[Any]:
     experiment = registry.find(name)
     assert isinstance(experiment, OfflineExperiment)
     repeats = scale.offline_replicates if experiment.repeats > 1 else None  # with one repeat nothing is random
@@ -253,12 +250,8 @@ def design(plans: Plans) -> dict[str, Any]:
     The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
     of versions and code. Two reproductions with one digest should differ in no number.
     """
-    runs = [
-        *map(describe, plans.robot),
-        *(part.describe() for part in plans.clips),
-        *(part.describe() for part in plans.behaviours),
-    ]
-    computes = (*provenance.KEYS, "form", THRESHOLDS, "kind")
+    runs = [part.description for part in (*plans.robot, *plans.clips, *plans.behaviours)]
+    computes = (*provenance.KEYS, "form", THRESHOLDS, "kind", "recordings", "recorded", "reference")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(part.study.name, part.specs) for part in plans.studies.values()],
@@ -328,26 +321,22 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
     begin_whole(folder, "reproduction")
     counts, failures = {}, {}
     with resources.pool() as pool:
-        runs = []
-        for part in plans.robot:
-            trials = robot_run.batch(part, recordings=True, frames=True)
-            with trials.run(folder / part.experiment.name, pool, resources) as run:
-                runs.append(conclude(part, run))
+        runs = [robot_run.run(part, folder / part.name, pool, resources, recordings=True) for part in plans.robot]
         clips = [
-            offline.run(part, folder / part.experiment.name, pool, resources, recordings=part.experiment.recorded)
+            offline.run(part, folder / part.name, pool, resources, recordings=part.description["experiment"].recorded)
             for part in plans.clips
         ]
-        played = [
-            behave.run(part, folder / f"behave-{short_name(part.env).partition('-')[0].lower()}", pool, resources)
-            for part in plans.behaviours
-        ]
+        played = []
+        for part in plans.behaviours:
+            env = short_name(part.description["env"]).partition("-")[0].lower()
+            played.append(behave.run(part, folder / f"behave-{env}", pool, resources))
         for name, study in plans.studies.items():
             counts[name] = sweep.play(study, folder / name, pool, resources)
             failures[name] = counts[name].failures
     for done in [*runs, *clips, *played]:
         failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]
     shows = [(part, whole_networks(done)) for part, done in zip(plans.clips, clips, strict=True)]
-    specs = [spec for part in plans.paper() for spec in part.specs()]
+    specs = [spec for part in plans.paper() for spec in part.specs]
     every = [replicate(specs, [row for done in runs for row in whole_networks(done)])]
     if REPLICATES in counts:
         every += counts.pop(REPLICATES).replicates[(), EVERY_MODEL]
@@ -373,9 +362,9 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
 def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
     """Yield the counts of the studies whose points are clips of off-line experiments."""
     for part, shown in shows:
-        if part.experiment.name in READ_OFF:
-            study = dataclasses.replace(shipped(part.experiment.name), replicates=part.repeats)
-            yield sweep.read(sweep_plan.planned(study, part.seed), shown)
+        if part.name in READ_OFF:
+            study = dataclasses.replace(shipped(part.name), replicates=part.description["repeats"])
+            yield sweep.read(sweep_plan.planned(study, part.description["seed"]), shown)
 
 
 def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
@@ -501,11 +490,11 @@ def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
     """Judge a claim at every seed, on those clips of clutter-frames that are its own in pixels a frame."""
     begins = next(prefix(experiment) for experiment in PER_FRAME if claim in experiment.claims)
     outcomes = []
-    for part, shown in (show for show in shows if show[0].experiment.name == "clutter-frames"):
+    for part, shown in (show for show in shows if show[0].name == "clutter-frames"):
         own = [row for row in shown if row["clip"].startswith(begins)]
         for repeat in sorted({row["repeat"] for row in own}):
             of_seed = [row for row in own if row["repeat"] == repeat]
-            threshold = part.thresholds[find_claim(claim, "clips").spiking]
+            threshold = offline.thresholds(part)[find_claim(claim, "clips").spiking]
             outcomes.append(judge_rows(claim, of_seed, threshold, shown, on="clips"))
     return outcomes
 
@@ -572,9 +561,9 @@ def judge_models(
             clips = tuple(clip for group in chosen for clip in model_clips.GROUPS[group])
             if clips:
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
-                part = offline.plan(shown, labels, (), None, seed)
-                thresholds |= part.thresholds
-                with offline.batch(part, frames=False).run(folder / name, pool, resources) as run:
+                part = offline.plan(shown, labels, (), None, seed, frames=False)
+                thresholds |= offline.thresholds(part)
+                with part.run(folder / name, pool, resources) as run:
                     failures += run.failures()
                     rows += run.table("trials").to_dicts()
     found = []

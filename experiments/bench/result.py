@@ -391,11 +391,11 @@ def _draw(run: Run) -> Figure:
     described, changed = run.description, run.description.get("changed") or {}
     if run.kind == "clips":
         from experiments.bench.report import clips  # not before: matplotlib takes its time to load
-        from experiments.bench.sources.clips import Figure as Drawing
+        from experiments.bench.sources.clips import ClipFigure
 
         declared = described["experiment"]
         title = clips.title(declared["name"], described["seed"], changed)
-        return clips.draw(Drawing(**declared["figure"]), run.trials, run.frames, _thresholds(run), title)
+        return clips.draw(ClipFigure(**declared["figure"]), run.trials, run.frames, _thresholds(run), title)
     if run.kind in ("trials", "measured"):
         from experiments.bench.report import robot
         from experiments.bench.sources.trial_rows import drawable

@@ -30,7 +30,7 @@ from experiments.bench.stats.checks import MARGIN
 from experiments.bench.stats.count import count, count_columns
 from experiments.bench.stats.verdict import Outcome, together
 from experiments.bench.study import TOGETHER, Study, called
-from experiments.bench.sweep_plan import EVERY_MODEL, Plan, planned
+from experiments.bench.sweep_plan import EVERY_MODEL, SweepPlan, planned
 
 MOST_SLACK = 100.0
 """Slack at which each claim is clipped, in smallest differences."""
@@ -55,7 +55,7 @@ def slack(outcome: Outcome) -> float | None:
 class Sweep:
     """The result of a sweep: what was planned, the replicates of each point and model, and what failed."""
 
-    plan: Plan
+    plan: SweepPlan
     replicates: Replicates
     failures: Sequence[Failure] = ()
 
@@ -157,7 +157,7 @@ class Sweep:
         }  # fmt: skip
 
 
-def read(plan: Plan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Failure] = ()) -> Sweep:
+def read(plan: SweepPlan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Failure] = ()) -> Sweep:
     """Return the result of a sweep from the rows of ``trials.parquet`` that there are.
 
     Models go by their names without the grid's values.
@@ -200,7 +200,7 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def play(plan: Plan, out: Path, pool: Any, resources: Resources) -> Sweep:
+def play(plan: SweepPlan, out: Path, pool: Any, resources: Resources) -> Sweep:
     """Play what a folder lacks of a sweep with a pool of workers, and read what it has.
 
     Its trials leave neither recordings nor frames.
@@ -222,7 +222,7 @@ def play(plan: Plan, out: Path, pool: Any, resources: Resources) -> Sweep:
         return read(plan, folder.table("trials").to_dicts(), folder.failures())
 
 
-def run(plan: Plan, out: Path, resources: Resources) -> Sweep:
+def run(plan: SweepPlan, out: Path, resources: Resources) -> Sweep:
     """Run what a sweep's folder lacks, and write its tables and figure.
 
     Parameters

@@ -27,7 +27,7 @@ from experiments.bench.grid import (
     sets,
     values_of,
 )
-from experiments.bench.measures import Measure
+from experiments.bench.measures import SweepMeasure
 from experiments.bench.replicates import MODEL, asked_models
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
@@ -37,6 +37,7 @@ from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.robot import trials_of
 from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.study import Study
@@ -49,7 +50,7 @@ Share = tuple[range, Mapping[str, ConfiguredModel]]
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class SweepPlan:
     """A sweep to run, checked.
 
     Parameters
@@ -78,7 +79,7 @@ class Plan:
 
     study: Study
     claims: tuple[tuple[Claim, str], ...]
-    measures: tuple[tuple[Measure, str], ...]
+    measures: tuple[tuple[SweepMeasure, str], ...]
     axes: Mapping[str, Levels]
     judged: tuple[tuple[Point, str], ...]
     seed: int
@@ -132,27 +133,23 @@ def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]
 def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[str]) -> Part:
     """Return an experiment with the robot, shown to models, as a part of a sweep."""
     assignments = _applying(study.assignments, trials.sections(declared, models))
-
-    def planned(over: Mapping[str, str]) -> trials.Plan:
-        texts = [*assignments, *(f"{key}={value}" for key, value in over.items())]
-        return trials.plan(declared, models, texts, study.repeats, seed)
+    whole = trials.plan(declared, models, assignments, study.repeats, seed)
+    settings, repeats = whole.description["settings"], whole.description["repeats"]
 
     def render(over: Mapping[str, str]) -> Any:
-        part = planned(over)
+        texts = [*assignments, *(f"{key}={value}" for key, value in over.items())]
+        experiment, moved, _ = trials.checked(declared, models, texts, repeats, seed)
 
         def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
-            settings = dataclasses.replace(part.settings, models=shown)
-            found = dataclasses.replace(part, settings=settings, seed=part.seed + replicate).specs()
-            return [dataclasses.replace(spec, repeat=replicate * part.repeats + spec.repeat) for spec in found]
+            found = trials_of(experiment, dataclasses.replace(moved, models=shown), repeats, seed + replicate)
+            return [dataclasses.replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
 
-        return part.experiment.conditions(), specs
+        return experiment.conditions(), specs
 
-    whole = planned({})
-    settings = whole.settings
     base = {"robot": (settings.robot,), "camera": (settings.camera,), "scene": (settings.scene,),
-            "experiment": (whole.experiment.design,)}  # fmt: skip
-    described = {**trials.describe(whole), "changed": whole.changed()}
-    return Part(whole.experiment, settings.models, base, whole.repeats, render, described)
+            "experiment": (whole.description["experiment"].design,)}  # fmt: skip
+    described = {**whole.description, "changed": whole.parameters}
+    return Part(whole.description["experiment"], settings.models, base, repeats, render, described)
 
 
 def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Collection[str] | None) -> Part:
@@ -201,7 +198,7 @@ def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
-def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> Plan:
+def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> SweepPlan:
     """Check a study and list all its trials.
 
     Parameters
@@ -250,8 +247,8 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
-        for _, trials_of, variants, watching in renderings[name]:
-            found = trials_of(replicate, tuple(variants.values()))
+        for _, rendered, variants, watching in renderings[name]:
+            found = rendered(replicate, tuple(variants.values()))
             numbers = range(len(specs), len(specs) + len(found))
             specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
             for point, seen in watching.items():
@@ -274,7 +271,7 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
-    return Plan(
+    return SweepPlan(
         study, claims, measures, axes,
         tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there), seed,
         tuple(part.repeats for part in parts), tuple(specs), shares,

@@ -238,7 +238,7 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Ru
             curve.write_csv(folder / f"learning-{about.seed}.csv")
             policy.save(file)
     names = (*(str(file.resolve()) for file in files), *OPPONENTS[first.env])
-    judged = behave.BehaviourPlan(names, first.env, first.options, JUDGED, 0)
+    judged = behave.episodes(names, first.env, first.options, JUDGED, 0)
     with resources.pool() as pool:
         report = behave.run(judged, folder, pool, resources)
     if len(abouts) == 1 or not report.done:

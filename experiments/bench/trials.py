@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations
 from pathlib import Path
@@ -18,13 +17,14 @@ from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError, explain
 from experiments.bench.run.folder import RunFolder
-from experiments.bench.run.models import look_up
+from experiments.bench.run.models import ConfiguredModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch, Resources
 from experiments.bench.run.settings import applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources import course
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.bench.sources.course import nominal
@@ -52,80 +52,31 @@ FILES = ("scene.arena", "scene.wall", "scene.shell_picture")
 """Parameters that may be paths: tables and titles have the names of the files, as these may be moved."""
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """A run to do: everything that decides its numbers."""
+def changes(
+    experiment: Experiment, settings: Settings, declared: Design, pictures: Pictures | None = None
+) -> Parameters:
+    """Return the parameters that are not at their defaults, by key and model; files by their names alone.
 
-    experiment: Experiment
-    settings: Settings
-    repeats: int
-    seed: int
-    declared: Design | None = None
-    """The experiment's design before ``--set`` changed it."""
-    pictures: Pictures | None = None
-    """The wall of the arena has the first of them: a run is replicate 0."""
-
-    @property
-    def thresholds(self) -> dict[str, float | None]:
-        """Each model's spiking threshold."""
-        return {model.label: model.threshold for model in self.settings.models}
-
-    def specs(self) -> list[RobotTrial]:
-        """Every trial of the run."""
-        return trials_of(self.experiment, self.settings, self.repeats, self.seed)
-
-    def changed(self) -> Parameters:
-        """Return the parameters that are not at their defaults, by key and model; files by their names alone."""
-        settings, design = self.settings, self.experiment.design
-        others = {
-            "robot": (RobotConfig(), settings.robot),
-            "camera": (CameraConfig(), settings.camera),
-            "scene": (
-                dataclasses.replace(usual_scene(self.experiment), wall=settings.scene.wall if self.pictures else ""),
-                settings.scene,
-            ),
-            "experiment": (self.declared or design, design),
-        }
-        return {
-            key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
-            for key, values in differing(settings.models, others=others).items()
-        }
-
-
-def describe(plan: Plan) -> dict[str, Any]:
-    """Return what ``run.json`` holds: every parameter, the seed, and what computes it (see `provenance`).
-
-    ``changed``, where it is there, has the parameters that are not at their defaults.
+    The wall of ``pictures`` is no parameter.
     """
-    changed_ones = plan.changed()
+    usual = dataclasses.replace(usual_scene(experiment), wall=settings.scene.wall if pictures else "")
+    others = {
+        "robot": (RobotConfig(), settings.robot),
+        "camera": (CameraConfig(), settings.camera),
+        "scene": (usual, settings.scene),
+        "experiment": (declared, experiment.design),
+    }
     return {
-        "kind": "trials",
-        "experiment": plan.experiment,
-        "repeats": plan.repeats,
-        "seed": plan.seed,
-        "trials": len(plan.specs()),
-        "settings": plan.settings,
-        **({"paths": paths} if (paths := _paths(plan)) else {}),
-        **({"pictures": digests(plan.pictures)} if plan.pictures else {}),
-        **({"changed": changed_ones} if changed_ones else {}),
-        THRESHOLDS: {model.label: model.thresholds for model in plan.settings.models},
-        **provenance.of(sources(plan), plan.experiment),
+        key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
+        for key, values in differing(settings.models, others=others).items()
     }
 
 
-def sources(plan: Plan) -> list[str]:
-    """Return the models of a plan, and the files of its scene: what may be the user's own."""
-    scene = plan.settings.scene
-    if plan.pictures:  # which are noted apart
-        scene = dataclasses.replace(scene, wall="")
-    return [*(model.source for model in plan.settings.models), *course.files(scene)]
-
-
-def _paths(plan: Plan) -> dict[str, Any]:
+def _paths(experiment: Experiment) -> dict[str, Any]:
     """Return the paths of conditions of one's own, by the condition's label: rows have no column for them."""
     return {
         condition.label(): {name: getattr(condition, name) for name in SCRIPTED if name != "hand" or condition.hand}
-        for condition in plan.experiment.conditions()
+        for condition in experiment.conditions()
         if condition.path is not None or condition.hand is not None
     }
 
@@ -183,35 +134,47 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
         raise UsageError(f"--set: {error}") from error
 
 
-def plan(
+def checked(
     experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int,
     pictures: Pictures | None = None,
-) -> Plan:  # fmt: skip
-    """A checked plan from what a person typed; `UsageError` for what cannot be run."""
+) -> tuple[Experiment, Settings, int]:  # fmt: skip
+    """Check what a person typed; return the experiment and its settings with the values set, and the repeats.
+
+    The wall of the arena has the first of the ``pictures``, as a run is replicate 0. Raises `UsageError` for what
+    cannot be run.
+    """
     count = experiment.repeats if repeats is None else repeats
-    whole = Plan(*configure(experiment, models, assignments), count, seed, experiment.design, pictures)
-    if pictures and whole.settings.scene.wall:
-        raise UsageError(f"--set scene.wall={whole.settings.scene.wall}: --pictures sets the wall; give one of them")
+    whole, settings = configure(experiment, models, assignments)
+    if pictures and settings.scene.wall:
+        raise UsageError(f"--set scene.wall={settings.scene.wall}: --pictures sets the wall; give one of them")
     if pictures:
-        settings = dataclasses.replace(
-            whole.settings, scene=dataclasses.replace(whole.settings.scene, wall=picture(pictures, 0))
-        )
-        whole = dataclasses.replace(whole, settings=settings)
-    option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
-    check_counts(seed, count, option)
-    course.check(whole.experiment.conditions(), whole.settings)
-    return whole
+        settings = dataclasses.replace(settings, scene=dataclasses.replace(settings.scene, wall=picture(pictures, 0)))
+    check_counts(seed, count, f"{experiment.name}: repeats" if repeats is None else "--repeats")
+    course.check(whole.conditions(), settings)
+    return whole, settings, count
 
 
-def both(plan: Plan) -> Plan:
-    """Return the plan with each of its models seeing through the model of the robot's eye too.
+def plan(
+    experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int,
+    pictures: Pictures | None = None, *, both: bool = False,
+) -> Batch[RobotTrial]:  # fmt: skip
+    """Return an experiment's trials as a batch, from what a person typed.
+
+    With ``both``, each model sees through the model of the robot's eye too. Raises `UsageError` for what cannot be run.
+    """
+    whole, settings, count = checked(experiment, models, assignments, repeats, seed, pictures)
+    settings = both_eyes(settings) if both else settings
+    return batch(whole, settings, count, seed, experiment.design, pictures)
+
+
+def both_eyes(settings: Settings) -> Settings:
+    """Return settings with each of the models seeing through the model of the robot's eye too.
 
     Raises
     ------
     UsageError
-        The camera of the plan is that eye already, or has a size or a clock that the eye cannot have.
+        The camera is that eye already, or has a size or a clock that the eye cannot have.
     """
-    settings = plan.settings
     try:
         eye = camera(settings, TRUE)
     except ValidationError as error:
@@ -221,7 +184,7 @@ def both(plan: Plan) -> Plan:
     if eye == settings.camera:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
     more = tuple(dataclasses.replace(model, label=f"{model.label}{MARK}{TRUE}") for model in settings.models)
-    return dataclasses.replace(plan, settings=dataclasses.replace(settings, models=(*settings.models, *more)))
+    return dataclasses.replace(settings, models=(*settings.models, *more))
 
 
 def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[dict[str, str]]:
@@ -243,31 +206,47 @@ def seconds(trial: RobotTrial) -> float:
     return nominal(trial.condition, trial.settings).stimulus.seconds
 
 
-def batch(plan: Plan, *, recordings: bool = False, frames: bool = False) -> Batch[RobotTrial]:
-    """Return the trials of a checked plan as a batch; the options are those of `work`."""
-    specs = plan.specs()
-    return Batch(
-        name=plan.experiment.name,
-        specs=specs,
-        work=partial(work, recordings=recordings, frames=frames),
-        description={**describe(plan), "recordings": recordings},
-        schemas=(TRIAL_SCHEMA, FRAME_SCHEMA),
-        parameters=plan.changed(),
-        size=seconds,
-    )
+def batch(
+    experiment: Experiment, settings: Settings, repeats: int, seed: int, declared: Design,
+    pictures: Pictures | None = None,
+) -> Batch[RobotTrial]:  # fmt: skip
+    """Return checked trials as a batch, which keeps neither frames nor recordings.
+
+    ``declared`` is the experiment's design before ``--set`` changed it. Where ``changed`` is in the description, it has
+    the parameters that are not at their defaults.
+    """
+    scene = dataclasses.replace(settings.scene, wall="") if pictures else settings.scene  # they are noted apart
+    changed = changes(experiment, settings, declared, pictures)
+    specs = trials_of(experiment, settings, repeats, seed)
+    description = {
+        "kind": "trials",
+        "experiment": experiment,
+        "repeats": repeats,
+        "seed": seed,
+        "trials": len(specs),
+        "settings": settings,
+        **({"paths": paths} if (paths := _paths(experiment)) else {}),
+        **({"pictures": digests(pictures)} if pictures else {}),
+        **({"changed": changed} if changed else {}),
+        THRESHOLDS: {model.label: model.thresholds for model in settings.models},
+        "recordings": False,
+        **provenance.of([*(model.source for model in settings.models), *course.files(scene)], experiment),
+    }
+    schemas = TRIAL_SCHEMA, FRAME_SCHEMA
+    return Batch(experiment.name, specs, work, description, schemas, parameters=changed, size=seconds)
 
 
-def run(plan: Plan, out: Path, resources: Resources, *, recordings: bool) -> Run:
-    """Run a checked plan's trials with a pool of its own.
+def run(trials: Batch[RobotTrial], out: Path, pool: Workers, resources: Resources, *, recordings: bool) -> Run:
+    """Run trials, judge and draw.
 
     Parameters
     ----------
-    plan
+    trials
         From `plan`.
     out
         The run's folder: a new one, or one that holds a part of this run.
-    resources
-        Workers, or a cluster.
+    pool, resources
+        Where the trials are played.
     recordings
         Whether to record each trial for Rerun.
 
@@ -276,21 +255,23 @@ def run(plan: Plan, out: Path, resources: Resources, *, recordings: bool) -> Run
     Run
         The run as its files have it.
     """
-    trials = batch(plan, recordings=recordings, frames=True)
-    with resources.pool() as pool, trials.run(out, pool, resources) as folder:
-        return conclude(plan, folder)
+    playing = partial(work, recordings=recordings, frames=True)
+    trials = dataclasses.replace(trials, work=playing, description={**trials.description, "recordings": recordings})
+    with trials.run(out, pool, resources) as folder:
+        return conclude(trials.description, folder)
 
 
-def conclude(plan: Plan, folder: RunFolder) -> Run:
-    """Judge the claims of the trials in ``folder``, and write verdicts, summary and figure.
+def conclude(description: Mapping[str, Any], folder: RunFolder) -> Run:
+    """Judge the claims of the trials in ``folder``, of a batch's description, and write verdicts, summary and figure.
 
     Returns
     -------
     Run
         The run as its files have it.
     """
+    experiment, models = description["experiment"], description["settings"].models
     rows = folder.table("trials").to_dicts()
-    folder.write_json("claims.json", stored.document(_verdicts(plan, rows, folder.failures())))
+    folder.write_json("claims.json", stored.document(_verdicts(experiment, models, rows, folder.failures())))
     run = load(folder.folder)
     if not rows:
         return run
@@ -298,7 +279,7 @@ def conclude(plan: Plan, folder: RunFolder) -> Run:
 
     whole = whole_networks(run)
     folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED))
-    if compared := compare(whole, plan.settings.models[0].label if len(plan.experiment.models) > 1 else ""):
+    if compared := compare(whole, models[0].label if len(experiment.models) > 1 else ""):
         folder.write_rows("comparisons.csv", compared)
     if run.excitations.height:
         folder.write_rows("excitation.csv", run.excitations.to_dicts())
@@ -306,22 +287,25 @@ def conclude(plan: Plan, folder: RunFolder) -> Run:
     return run
 
 
-def _verdicts(plan: Plan, rows: Sequence[Any], failures: Sequence[Failure]) -> list[Verdict]:
+def _verdicts(
+    experiment: Experiment, models: Sequence[ConfiguredModel], rows: Sequence[Any], failures: Sequence[Failure]
+) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
-    claims = [find_claim(claim, "robot") for claim in plan.experiment.claims]
+    claims = [find_claim(claim, "robot") for claim in experiment.claims]
+    thresholds = {model.label: model.threshold for model in models}
     asked: list[tuple[Claim, str, float | None, Sequence[Any]]] = [
         (claim, model.label, model.threshold, [row for row in rows if row["model"] == model.label])
-        for model in plan.settings.models
+        for model in models
         for claim in claims
         if not claim.models and claim.concerns(model.channels)
     ]
-    asked += [(claim, "", plan.thresholds.get(claim.spiking), rows) for claim in claims if claim.models]
+    asked += [(claim, "", thresholds.get(claim.spiking), rows) for claim in claims if claim.models]
     verdicts = []
     for claim, label, threshold, about in asked:
         judged = judge(claim, about, threshold)
         lost = sum(failure.model in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-        verdict = Verdict.of(claim, [judged], model=label, experiment=plan.experiment.name)
+        verdict = Verdict.of(claim, [judged], model=label, experiment=experiment.name)
         verdicts.append(dataclasses.replace(verdict, outcome=judged.noting([failed])))
     return verdicts
 

@@ -18,7 +18,6 @@ import polars as pl
 from dsnn.stimuli.looming import Looming
 from experiments.bench.run import provenance, settings
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.rows import Failure
@@ -140,37 +139,31 @@ def families(names: Sequence[str]) -> tuple[Family, ...]:
     return tuple(family for family in FAMILIES.values() if not names or family.name in names)
 
 
-class Plan(NamedTuple):
-    """Curves to measure: everything that decides their numbers."""
-
-    families: tuple[Family, ...]
-    models: tuple[ConfiguredModel, ...]
-    seed: int
-
-    def trials(self) -> list[tuple[Family, Probe, Trial]]:
-        """Return each clip as a trial of the models that it is shown to, with what it is a point of."""
-        jobs = []
-        for family in self.families:
-            models = tuple(m for m in self.models if family.kind != "approach" or "looming" in m.channels)
-            jobs += [(family, probe, models) for probe in family.probes if models]
-        return [
-            (family, probe, Trial(EXPERIMENT, i, probe.repeat, self.seed + probe.repeat, probe.clip, models))
-            for i, (family, probe, models) in enumerate(jobs)
-        ]
+Job = tuple[Family, Probe, Trial]
+"""A clip as a trial of the models that it is shown to, with what it is a point of."""
 
 
-def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str], seed: int) -> Plan:
-    """Return a checked plan of the curves that are named, or of all; `UsageError` for what cannot be run."""
+def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str], seed: int) -> list[Job]:
+    """Return the clips of the curves that are named, or of all, checked; `UsageError` for what cannot be run."""
     settings.check_counts(seed)
     chosen, _ = settings.watchers(models, assignments)
-    planned = Plan(families(names), chosen, seed)
-    if not planned.trials():
+    looming = tuple(model for model in chosen if "looming" in model.channels)
+    jobs = [
+        (family, probe, watching)
+        for family in families(names)
+        if (watching := looming if family.kind == "approach" else chosen)
+        for probe in family.probes
+    ]
+    if not jobs:
         raise UsageError(f"--curve {names[0]}: no model shown has a looming potential; add one by --model")
-    return planned
+    return [
+        (family, probe, Trial(EXPERIMENT, i, probe.repeat, seed + probe.repeat, probe.clip, watching))
+        for i, (family, probe, watching) in enumerate(jobs)
+    ]
 
 
 def run(
-    plan: Plan, out: Path, workers: Workers, resources: Resources
+    shown: Sequence[Job], out: Path, workers: Workers, resources: Resources
 ) -> tuple[pl.DataFrame, list[dict[str, Any]], list[Failure]]:
     """Show the clips that the folder ``out`` lacks; write ``tuning.csv``, ``preferences.csv`` and a figure a family.
 
@@ -181,32 +174,32 @@ def run(
     """
     from experiments.bench.report import style, tuning  # not before: workers do without matplotlib
 
-    changed = differing(plan.models, offline=True)
-    trials = [trial for *_, trial in plan.trials()]
+    trials, curves_of = [trial for *_, trial in shown], {family.name: family for family, *_ in shown}
+    models, seed = trials[0].models, trials[0].seed  # approaches, which fewer models see, come last
+    changed = differing(models, offline=True)
     description = {
-        "kind": "tuning", "experiment": EXPERIMENT, "seed": plan.seed, "trials": len(trials), "models": plan.models,
-        "changed": changed, "curves": [family.name for family in plan.families],
-        **provenance.of([model.source for model in plan.models]),
+        "kind": "tuning", "experiment": EXPERIMENT, "seed": seed, "trials": len(trials), "models": models,
+        "changed": changed, "curves": [*curves_of], **provenance.of([model.source for model in models]),
     }  # fmt: skip
     batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
     with batch.run(out, workers, resources) as folder:
         failures = folder.failures()
-        points = responses(plan, folder.table("frames"))
-        rows = [preferences(points, m.label, m.channels) for m in plan.models if m.label in points["model"]]
+        points = responses(shown, folder.table("frames"))
+        rows = [preferences(points, m.label, m.channels) for m in models if m.label in points["model"]]
         if rows:
             folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())
             folder.write_rows("preferences.csv", pl.DataFrame(rows, infer_schema_length=None).drop(RANGES).to_dicts())
-        for family in plan.families:
-            if len(own := points.filter(curve=family.name)):
-                style.save(tuning.draw(family, own, changed), out / family.name)
+        for name, family in curves_of.items():
+            if len(own := points.filter(curve=name)):
+                style.save(tuning.draw(family, own, changed), out / name)
     return points, rows, failures
 
 
-def responses(plan: Plan, frames: pl.DataFrame) -> pl.DataFrame:
+def responses(shown: Sequence[Job], frames: pl.DataFrame) -> pl.DataFrame:
     """Return the points (`curves.points_schema`) of the clips whose ``frames`` are there, by clip, then model."""
     potentials = frames.partition_by("trial", "model", as_dict=True)
     rows = []
-    for family, probe, trial in plan.trials():
+    for family, probe, trial in shown:
         clip = probe.clip.build(trial.seed)
         moving = np.flatnonzero([frame.truth.motion != "still" for frame in clip])
         contact_s = clip.contact_s() if isinstance(clip, Looming) else None

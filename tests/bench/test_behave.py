@@ -1,32 +1,31 @@
 """Runs of behaviours: what is planned, the folder that is left, any number of workers, a run that goes on."""
 
-import dataclasses
-
 import pytest
 
 from colias_sim.envs import ENVS
 from experiments import UsageError, load
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, GROUPS, OPTOMOTOR
-from experiments.bench.behave import env_options, plan, run
+from experiments.bench.behave import env_options, episodes, plan, run
 from experiments.bench.reproduce import QUICK, planned
 from experiments.bench.run.runs import Resources
 
 
 def test_a_plan_has_the_baselines_of_its_env():
-    planned = plan(["optomotor"], "Avoidance", ["robots=3", "arena=bright"], 2)
-    assert planned.behaviours == ("optomotor", *ENVS[AVOIDANCE].baselines)
-    assert planned.options == {"robots": 3, "arena": "bright"} and planned.reference == "optomotor"
+    planned = plan(["optomotor"], "Avoidance", ["robots=3", "arena=bright"], 2).description
+    assert planned["behaviours"] == ("optomotor", *ENVS[AVOIDANCE].baselines)
+    assert planned["options"] == {"robots": 3, "arena": "bright"} and planned["reference"] == "optomotor"
 
 
 def test_a_group_is_played_at_the_same_seeds_with_what_it_is_compared_with():
-    planned = plan(["escape"], episodes=2, seed=7)
-    played_by = planned.behaviours
-    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and planned.reference == "hybrid"
-    seeds = [tuple(trial.seed for trial in planned.specs() if trial.condition.behaviour == name) for name in played_by]
+    planned = plan(["escape"], count=2, seed=7)
+    played_by = planned.description["behaviours"]
+    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and planned.description["reference"] == "hybrid"
+    seeds = [tuple(trial.seed for trial in planned.specs if trial.condition.behaviour == name) for name in played_by]
     assert set(seeds) == {(7, 8)}
-    assert plan(["escape"], baselines=False).behaviours == GROUPS["escape"]
-    pilot = plan(["hybrid", "lgmd"], episodes=3, seed=1000, baselines=False)
-    assert pilot.behaviours == ("hybrid", "lgmd") and [trial.index for trial in pilot.specs()] == list(range(6))
+    assert plan(["escape"], baselines=False).description["behaviours"] == GROUPS["escape"]
+    pilot = plan(["hybrid", "lgmd"], count=3, seed=1000, baselines=False)
+    assert pilot.description["behaviours"] == ("hybrid", "lgmd")
+    assert sorted(trial.index for trial in pilot.specs) == list(range(6))
 
 
 def test_options_are_typed_whole_or_entry_by_entry_over_a_policys_own():
@@ -45,20 +44,19 @@ def test_wrong_options_are_refused(typed):
 
 def test_what_cannot_be_planned_is_refused():
     with pytest.raises(UsageError, match="--episodes"):
-        plan(["still"], episodes=0)
+        plan(["still"], count=0)
 
 
 def test_a_reproduction_plays_known_behaviours_at_equal_seeds():
     for part in planned(QUICK, 7).behaviours:
-        assert set(part.behaviours) <= set(BEHAVIOURS)
-        assert {trial.seed for trial in part.specs()} == {7}
-        assert part.steps == 150
+        assert set(part.description["behaviours"]) <= set(BEHAVIOURS)
+        assert {trial.seed for trial in part.specs} == {7}
+        assert {trial.condition.steps for trial in part.specs} == {150}
 
 
-def short(seed=0):
+def short(seed=0, **options):
     """Two behaviours, two episodes each, of a few frames."""
-    planned = plan(["optomotor", "still"], episodes=2, seed=seed, baselines=False)
-    return dataclasses.replace(planned, steps=12)
+    return episodes(("optomotor", "still"), OPTOMOTOR, options, 2, seed, steps=12)
 
 
 def played(planned, folder, workers=0, recordings=0):
@@ -91,14 +89,13 @@ def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
     (tmp_path / "run" / "frames.parquet").unlink()
     assert played(short(), tmp_path / "run", workers=2, recordings=2).trials.equals(trials)
     assert (tmp_path / "run" / "trials.parquet").read_bytes() == whole
-    for other in (short(seed=1), dataclasses.replace(short(), options={"noise": 0.5})):
+    for other in (short(seed=1), short(noise=0.5)):
         with pytest.raises(UsageError, match="choose another"):
             played(other, tmp_path / "run", recordings=2)
 
 
 def test_claims_are_judged_where_their_behaviours_play_in_the_env_as_it_is(tmp_path):
-    pair = plan(["fixation-pi", "still"], "Fixation", episodes=1, baselines=False)
-    pair = dataclasses.replace(pair, steps=3)
-    (verdict,) = played(pair, tmp_path / "b4").verdicts
+    pair = ("fixation-pi", "still")
+    (verdict,) = played(episodes(pair, FIXATION, {}, 1, 0, steps=3), tmp_path / "b4").verdicts
     assert (verdict.id, verdict.experiment, verdict.outcome.verdict) == ("B4", FIXATION, "not shown")
-    assert not played(dataclasses.replace(pair, options={"noise": 0.5}), tmp_path / "other").verdicts
+    assert not played(episodes(pair, FIXATION, {"noise": 0.5}, 1, 0, steps=3), tmp_path / "other").verdicts

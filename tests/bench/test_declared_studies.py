@@ -78,8 +78,8 @@ def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
         rows = zip(rows_of(specs), (spec for spec in specs for _ in spec.settings.models), strict=True)
         return [{**row, "spikes": row["spikes"] * (spec.seed % 7), "peak_hs": spec.seed % 5 / 20} for row, spec in rows]
 
-    specs = [spec for run_plan in plans.paper() for spec in run_plan.specs()]
-    first = replicate(specs, [row for run_plan in plans.paper() for row in answers(run_plan.specs())])
+    specs = [spec for run_plan in plans.paper() for spec in run_plan.specs]
+    first = replicate(specs, [row for run_plan in plans.paper() for row in answers(run_plan.specs)])
     plan = plans.studies["sensitivity"]
     result = read(plan, answers(plan.specs))
     for claim, _ in plan.claims:

@@ -140,7 +140,7 @@ def test_a_point_has_the_trials_of_a_run_with_its_settings_and_points_of_the_net
             settings = [f"{key}={value}" for key, value in point]
             alone = robot_plan(registry.load("general"), ["dsnn"], ["dsnn.d=2", *settings], None, 4 + replicate)
             share = plan.shares[point, "dsnn", "general", replicate]
-            for spec, ours in zip(alone.specs(), (plan.specs[number] for number in share[0]), strict=True):
+            for spec, ours in zip(alone.specs, (plan.specs[number] for number in share[0]), strict=True):
                 assert (spec.seed, spec.condition) == (ours.seed, ours.condition)
                 assert dataclasses.replace(spec.settings, models=()) == dataclasses.replace(ours.settings, models=())
                 (label,) = (model.label for model in share[1].values())

@@ -83,8 +83,7 @@ def test_a_clip_is_one_point_and_moves_the_way_its_probe_says(family):
 
 
 def test_approaches_are_shown_to_looming_models_alone():
-    plan = tune.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0)
-    for family, _, trial in plan.trials():
+    for family, _, trial in tune.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0):
         looming = ["lgmd1", "hybrid"]
         assert [model.label for model in trial.models] == (looming if family.name == "l-over-v" else ["dsnn", *looming])
 
@@ -93,9 +92,9 @@ def test_approaches_are_shown_to_looming_models_alone():
 
 
 def test_tables_read_back(tmp_path):
-    plan = tune.plan(["dsnn", "lgmd1"], ["size", "disc", "direction"], [], 0)
+    shown = tune.plan(["dsnn", "lgmd1"], ["size", "disc", "direction"], [], 0)
     with open_workers(0) as pool:
-        points, preferences, failures = tune.run(plan, tmp_path, pool, Resources(0, quiet=True))
+        points, preferences, failures = tune.run(shown, tmp_path, pool, Resources(0, quiet=True))
     assert not failures and {path.stem for path in tmp_path.glob("*.png")} == {"size", "disc", "direction"}
     read = pl.read_csv(tmp_path / "tuning.csv", infer_schema_length=None)
     assert read.rows() == points.drop("x", "y").rows()

@@ -16,7 +16,7 @@ from experiments.bench.report import clips, style
 from experiments.bench.run.models import PRESET, choose, family
 from experiments.bench.run.play import Trial, play
 from experiments.bench.run.settings import assignments
-from experiments.bench.sources.clips import Clip, Figure
+from experiments.bench.sources.clips import Clip, ClipFigure
 from tools.pages import markdown
 from tools.pages.markdown import sentence, table
 
@@ -77,7 +77,7 @@ def _picture(folder: Path, name: str, channel: str) -> str:
     title = f"{name}, with its parameters on the robot"
     file = f"{name}-{channel}.png"
     with style.look():
-        drawn = clips.draw(Figure(), pl.DataFrame(shown.rows), shown.frames, {name: model.threshold}, title)
+        drawn = clips.draw(ClipFigure(), pl.DataFrame(shown.rows), shown.frames, {name: model.threshold}, title)
         drawn.savefig(folder / file, dpi=markdown.DPI)
     return markdown.picture(file, f"The response of {name} over time", f"The clip *{clip.name}* at 30 frames/s.")
 

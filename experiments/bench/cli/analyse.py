@@ -229,10 +229,10 @@ def tune(
     from experiments.bench.run.models import COMPARED, shown_models
 
     models = shown_models(COMPARED, model, only)
-    plan = curves.plan(models, curve or (), assignments or (), seed)
+    shown = curves.plan(models, curve or (), assignments or (), seed)
     folder, means = options.results_folder(out, "tune"), options.resources(workers, cluster, quiet)
     with means.pool(rendering=False) as pool:
-        _, preferences, failures = curves.run(plan, folder, pool, means)
+        _, preferences, failures = curves.run(shown, folder, pool, means)
     if not quiet:
         tuning.show(preferences)
         show_files(folder, count(len(models), "model"))

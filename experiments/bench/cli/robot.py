@@ -165,8 +165,8 @@ def import_log(
 
     declared = registry.load(experiment)
     folder = options.results_folder(out, f"{declared.name}-measured")
-    plan, trials = logs.plan(declared, log, frames, ran or (), model or (), assignments or ())
-    report = logs.run(plan, trials, log, folder, quiet=quiet)
+    trials = logs.plan(declared, log, frames, ran or (), model or (), assignments or ())
+    report = logs.run(trials, folder, quiet=quiet)
     if not quiet:
         tables.show(report)
     return options.EXIT_FAILED if report.failures.height else 0

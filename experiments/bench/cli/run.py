@@ -146,13 +146,14 @@ def behave(
     from experiments.bench.report import behaviours
     from experiments.bench.report.terminal import count, show_files, show_verdicts
 
-    plan = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
+    batch = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
     folder = options.results_folder(out, f"behave-{Path(names[0]).stem}")
     means = options.resources(workers, cluster, quiet)
     with means.pool() as pool:
-        report = behaving.run(plan, folder, pool, means, recordings=plan.episodes if recordings else 0)
+        report = behaving.run(batch, folder, pool, means, recordings=episodes if recordings else 0)
     if not quiet and report.done:
-        behaviours.show(report.summary, behaviours.caption(plan.env, plan.options, plan.episodes, plan.seed))
+        where, changed = batch.description["env"], batch.description["options"]
+        behaviours.show(report.summary, behaviours.caption(where, changed, episodes, seed))
         show_verdicts(report.verdicts)
         show_files(folder, count(report.trials.height, "episode"))
     return options.EXIT_FAILED if report.failures.height else 0

@@ -27,8 +27,8 @@ from experiments.bench.sources.conditions import (
     place_of,
 )  # fmt: skip
 from experiments.bench.sources.experiment import visit
-from experiments.bench.sources.robot import HandDrive, RobotSource
-from experiments.bench.trials import plan
+from experiments.bench.sources.robot import HandDrive, RobotSource, trials_of
+from experiments.bench.trials import checked
 from scenes import ARENA_RADIUS_CM
 
 START: Mapping[RobotName, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
@@ -117,7 +117,7 @@ class Session:
     def _begin(self, settings: dict[str, str], places: Mapping[RobotName, Place] | None) -> None:
         places = places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         hand = visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
-        (spec,) = plan(hand, self.models, assignments(settings), 1, self.seed).specs()
+        (spec,) = trials_of(*checked(hand, self.models, assignments(settings), 1, self.seed), self.seed)
         try:
             showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False)
         except ValueError as error:

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.bench.report import findings, style, terminal
-from experiments.bench.sources.clips import Figure as Drawing
+from experiments.bench.sources.clips import ClipFigure
 
 Thresholds = Mapping[str, float | None]
-Part = tuple[str, pl.DataFrame, str, str]
+Lines = tuple[str, pl.DataFrame, str, str]
 """A part of a figure: a name, rows, the column along the axis, and the column with a line for each level."""
 CHANNELS = {"hs": ("HS", style.HUES[0]), "vs": ("VS", style.HUES[1]), "looming": ("looming", style.HUES[2])}
 WAYS = {"rightward": "peak_hs", "leftward": "trough_hs", "downward": "peak_vs", "upward": "trough_vs"}
@@ -41,14 +41,14 @@ def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
     return f"{name}, seed {seed}{style.in_title(changed)}"
 
 
-def draw(figure: Drawing, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, title: str) -> Figure:
+def draw(figure: ClipFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds, title: str) -> Figure:
     """Draw the clips of a run, in the kind of figure that their experiment declares.
 
     Parameters
     ----------
     figure
         ``kind``: ``traces``, ``peaks``, ``background``, ``ranges`` or ``contrast``; of peaks ``along``,
-        ``lines`` and ``panels`` too, which name columns: see `experiments.Figure`.
+        ``lines`` and ``panels`` too, which name columns: see `experiments.ClipFigure`.
     trials
         A row for each clip, seed and model.
     frames
@@ -200,7 +200,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
 # --- along what the clips vary ----------------------------------------------------------------------------------------
 
 
-def _parts(figure: Drawing, trials: pl.DataFrame) -> list[Part]:
+def _parts(figure: ClipFigure, trials: pl.DataFrame) -> list[Lines]:
     """Return what each panel of a model has."""
     moved = pl.format("{}, grey {}", "motion", pl.col("grey").cast(int))
     shade = pl.when(pl.col("object").ne_missing("absent")).then(moved).otherwise(pl.lit(""))
@@ -224,7 +224,7 @@ def _level(rows: pl.DataFrame, column: str) -> str:
     return LEVELS[column].format(rows[column][0], unit=rows["speed_unit"][0])
 
 
-def _curves(parts: Sequence[Part], thresholds: Thresholds) -> tuple[Figure, str]:
+def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, str]:
     """Draw responses along a parameter: a row for each model, a column for each part."""
     models = list(dict.fromkeys(model for _, rows, _, _ in parts for model in style.levels(rows, "model")))
     drawn = _page(len(models), 1.9, 1.3)

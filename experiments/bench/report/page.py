@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -12,7 +12,7 @@ from experiments.bench.report import style, sweep
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.report.templates import render
 from experiments.bench.reproduce import FULL, Reproduction
-from experiments.bench.result import Run, whole_networks
+from experiments.bench.result import whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import RENDERERS
 from experiments.bench.run.files import Files
@@ -133,15 +133,11 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
 
 def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
     """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
-    chapters: list[tuple[str, Sequence[Any], list[Run]]] = [
-        ("Robot trials", result.plans.robot, result.runs),
-        ("Clips", result.plans.clips, result.offline),
-    ]
-    for chapter, parts, runs in chapters:
-        for part, run in zip(parts, runs, strict=True):
+    for chapter, runs in {"Robot trials": result.runs, "Clips": result.offline}.items():
+        for run in runs:
             problems = flaws(run.trials.to_dicts()) if chapter == "Robot trials" and run.done else ""
-            text = f"{part.experiment.summary}.{f' Beware: {problems}.' if problems else ''}"
-            yield _section(chapter, part.experiment.name, text, run.folder / "figure.svg", result)
+            text = f"{run.description['experiment']['summary']}.{f' Beware: {problems}.' if problems else ''}"
+            yield _section(chapter, run.folder.name, text, run.folder / "figure.svg", result)
     for played in result.behaviours:
         text = f"The measures of each behaviour in {played.description['env']}."
         yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", result)

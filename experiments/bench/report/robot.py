@@ -43,11 +43,11 @@ POINTS = "Dots: trials; dark: their means."
 INTERVALS = "Dots: trials; dark: means with 95 % intervals. Titles compare only means whose intervals do not overlap."
 TRACES = "Potentials: means; bands: range of the trials; dashes: threshold."
 
-Measure = tuple[str, str, Mapping[str, str]]
+Panel = tuple[str, str, Mapping[str, str]]
 """A quantity in words, the label of its axis, and the columns of the trials' table that show it, each with a name."""
-COUNT: Measure = ("spike count", "spikes per trial", {"spikes": ""})
-IN_WINDOW: Measure = ("spike count", "spikes per trial", {"spikes": "crossing", "spikes_in_window": "window"})
-MECHANISM: tuple[Measure, ...] = (
+COUNT: Panel = ("spike count", "spikes per trial", {"spikes": ""})
+IN_WINDOW: Panel = ("spike count", "spikes per trial", {"spikes": "crossing", "spikes_in_window": "window"})
+MECHANISM: tuple[Panel, ...] = (
     ("time in view", "time in view (s)", {"seconds_in_view": ""}),
     ("firing rate", "firing rate in view (Hz)", {"rate_in_view_hz": ""}),
     ("peak potential", "potential", {"peak": "peak", "mean_hs_near_axis": "near axis"}),
@@ -169,7 +169,7 @@ def _potentials(frames: pl.DataFrame) -> dict[str, str]:
     return {model: "looming" if looming > 0.0 == hs else "hs" for model, hs, looming in sizes.iter_rows()}
 
 
-def finding(rows: pl.DataFrame, measure: Measure, varies: str) -> str:
+def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> str:
     """Return what the curves of each model and other condition show; of one or two trials each, what is drawn."""
     noun, column = measure[0], next(iter(measure[2]))
     curves = [findings.curve(of, "level", column) for _, of in style.by(rows.drop_nulls(column), "model", "other")]
@@ -193,7 +193,7 @@ def tints(levels: Sequence[Any]) -> dict[Any, Any]:
 # --- along what the trials vary ---------------------------------------------------------------------------------------
 
 
-def _points(axes: Axes, rows: pl.DataFrame, measure: Measure) -> None:
+def _points(axes: Axes, rows: pl.DataFrame, measure: Panel) -> None:
     """Draw one model's trials as dots, means and intervals against the level, a line for each other condition."""
     shown = rows.select(*measure[2])
     if shown.null_count().sum_horizontal().item() == len(rows) * len(measure[2]):

@@ -41,7 +41,7 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, away_cm, responses, windows
-from experiments.bench.trials import Plan, conclude, configure, describe
+from experiments.bench.trials import batch, conclude, configure
 from scenes.hints import nearest
 
 TIME, LINE = "time_s", "line"
@@ -322,7 +322,7 @@ LEAST_FPS = 0.5
 def plan(
     experiment: Experiment, path: Path, frames: Path | None = None, ran: Sequence[str] = (),
     models: Sequence[str] = (), assignments: Sequence[str] = (),
-) -> tuple[Plan, list[LogTrial]]:  # fmt: skip
+) -> Batch[LogTrial]:  # fmt: skip
     """Read and check a log and the frames that belong to it.
 
     Parameters
@@ -343,9 +343,7 @@ def plan(
 
     Returns
     -------
-    Plan
-        The experiment, its settings and the models.
-    list of LogTrial
+    Batch
         The trials.
 
     Raises
@@ -385,7 +383,14 @@ def plan(
         trials.append(trial)
         repeats[condition] += 1
     settings = dataclasses.replace(settings, models=(*playing.values(), *shown))
-    return Plan(chosen, settings, max(repeats.values()), 0, experiment.design), trials
+    source = {"provenance": "; ".join(dict.fromkeys(origin for trial in trials for origin in trial.origins.values())),
+              "log": str(path), "sha256": sha256(path), "frames": str(frames) if frames else None}  # fmt: skip
+    whole = batch(chosen, settings, max(repeats.values()), 0, experiment.design)
+    return Batch(
+        name=whole.name, specs=trials, work=play_trial,
+        description={**whole.description, "kind": "measured", "trials": len(trials), "measured": source},
+        schemas=(MEASURED_SCHEMA, FRAME_SCHEMA), parameters=whole.parameters,
+    )  # fmt: skip
 
 
 def _check(path: Path, trial: LogTrial) -> None:
@@ -409,30 +414,21 @@ def play_trial(trial: LogTrial) -> of_rows.TrialRecord:
     return dataclasses.replace(done, frames=frames)
 
 
-def run(planned: Plan, trials: Sequence[LogTrial], path: Path, out: Path, *, quiet: bool = False) -> Run:
+def run(trials: Batch[LogTrial], out: Path, *, quiet: bool = False) -> Run:
     """Play the trials of a log into a run's folder, judge its claims and draw its figure.
 
     Parameters
     ----------
-    planned, trials, path
-        From `plan`, and the log that they were read from.
+    trials
+        From `plan`.
     out
         The run's folder.
     quiet
         Whether to show no progress.
     """
-    origins = dict.fromkeys(origin for trial in trials for origin in trial.origins.values())
-    frames = trials[0].frames
-    source = {"provenance": "; ".join(origins), "log": str(path), "sha256": sha256(path),
-              "frames": str(frames) if frames else None}  # fmt: skip
-    batch = Batch(
-        name=planned.experiment.name, specs=trials, work=play_trial,
-        description={**describe(planned), "kind": "measured", "trials": len(trials), "measured": source},
-        schemas=(MEASURED_SCHEMA, FRAME_SCHEMA), parameters=planned.changed(),
-    )  # fmt: skip
     resources = Resources(workers=0, quiet=quiet)
-    with resources.pool(rendering=False) as pool, batch.run(out, pool, resources) as folder:
-        return conclude(planned, folder)
+    with resources.pool(rendering=False) as pool, trials.run(out, pool, resources) as folder:
+        return conclude(trials.description, folder)
 
 
 def write(recorded: Run, out: Path) -> None:

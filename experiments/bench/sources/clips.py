@@ -292,7 +292,7 @@ DRAWN = ("speed", "grey", "background_speed")
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class ClipFigure:
     """Way to draw an off-line experiment.
 
     Parameters
@@ -378,7 +378,7 @@ class OfflineExperiment:
     models: Sequence[str]
     claims: tuple[str | Claim, ...] = ()
     repeats: int = 1
-    figure: Figure = Figure()
+    figure: ClipFigure = ClipFigure()
     recorded: bool = True
     file: str = field(default="", compare=False, repr=False, kw_only=True)
 

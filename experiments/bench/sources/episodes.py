@@ -57,8 +57,8 @@ Place = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
-    """Setting of an episode: who behaves, where, and what of the env is changed."""
+class EpisodeCondition:
+    """What an episode shows: who behaves, where, and what of the env is changed."""
 
     behaviour: str
     """A registered name, or the absolute path of a file."""
@@ -74,7 +74,7 @@ class Setting:
 
 
 class EpisodeTrial(Trial):
-    """An episode: its condition is a `Setting`, and its model the one that its behaviour sees by, if it does."""
+    """An episode of an `EpisodeCondition`; its model is the one that its behaviour sees by, if it does."""
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
         """Return its behaviour's vision model with the env's frame rate, 1/s."""

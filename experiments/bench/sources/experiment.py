@@ -393,51 +393,56 @@ class Egomotion(Crossings):
         return self.each([*turns, *({"observer_speed_cm_s": drive} for drive in self.drives_cm_s if drive)])
 
 
+@dataclass(frozen=True)
+class Listed:
+    """A design that is a list of conditions.
+
+    Parameters
+    ----------
+    listed
+        The conditions.
+    pose_sd_mm, heading_sd_deg
+        Errors of the stimulus's start pose.
+    """
+
+    listed: tuple[Condition, ...]
+    pose_sd_mm: float = 1.0
+    heading_sd_deg: float = 1.0
+
+    def conditions(self) -> tuple[Condition, ...]:
+        """List its conditions.
+
+        Returns
+        -------
+        tuple of Condition
+            All of them.
+        """
+        return self.listed
+
+
 # --- trials by hand ---------------------------------------------------------------------------------------------------
 
 LIVE = "live"
 """The name of the experiment of a trial by hand: what ``colias live`` records, and ``colias run --again`` repeats."""
 
 
-@dataclass(frozen=True)
-class ByHand:
-    """The design of a trial by hand: one condition, without errors of the start pose.
-
-    Parameters
-    ----------
-    hand
-        What was done.
-    """
-
-    hand: Hand
-    pose_sd_mm: float = 0.0
-    heading_sd_deg: float = 0.0
-
-    def conditions(self) -> tuple[Condition, ...]:
-        """List its condition.
-
-        Returns
-        -------
-        tuple of Condition
-            One. Its speed is the mean of the stimulus's commanded speeds, each by how long it lasted, its distance
-            that of the robots' middles at the start, and its direction away from the side where the stimulus begins.
-        """
-        hand = self.hand
-        moves = [(frame, abs(speed)) for frame, robot, speed, _ in hand.commands if robot == "stimulus"]
-        ends = [*(frame for frame, _ in moves[1:]), hand.frames]
-        driven = math.fsum(speed * (end - frame) for (frame, speed), end in zip(moves, ends, strict=False))
-        (x, y, _), (from_x, from_y, _) = hand.stimulus, hand.observer
-        speed, away = round(driven / hand.frames, 3), round(math.hypot(x - from_x, y - from_y), 3)
-        direction: Direction = "rightward" if y > from_y else "leftward"
-        return (Condition(BY_HAND, direction, max(speed, 0.1), min(max(away, 0.5), 100.0), hand=hand),)
-
-
 def visit(hand: Hand) -> Experiment:
-    """Return the experiment of a trial by hand.
+    """Return the experiment of a trial by hand: one condition, without errors of the start pose.
+
+    Its speed is the mean of the stimulus's commanded speeds, each by how long it lasted, its distance that of the
+    robots' middles at the start, and its direction away from the side where the stimulus begins.
 
     Parameters
     ----------
     hand
         What was done.
     """
-    return Experiment(LIVE, "driven by hand, from the page of colias live", ByHand(hand), "speed_cm_s", 1)
+    moves = [(frame, abs(speed)) for frame, robot, speed, _ in hand.commands if robot == "stimulus"]
+    ends = [*(frame for frame, _ in moves[1:]), hand.frames]
+    driven = math.fsum(speed * (end - frame) for (frame, speed), end in zip(moves, ends, strict=False))
+    (x, y, _), (from_x, from_y, _) = hand.stimulus, hand.observer
+    speed, away = round(driven / hand.frames, 3), round(math.hypot(x - from_x, y - from_y), 3)
+    direction: Direction = "rightward" if y > from_y else "leftward"
+    condition = Condition(BY_HAND, direction, max(speed, 0.1), min(max(away, 0.5), 100.0), hand=hand)
+    design = Listed((condition,), pose_sd_mm=0.0, heading_sd_deg=0.0)
+    return Experiment(LIVE, "driven by hand, from the page of colias live", design, "speed_cm_s", 1)

@@ -6,7 +6,7 @@ import pytest
 
 from experiments import OFFLINE
 from experiments.bench import registry
-from experiments.bench.offline import plan
+from experiments.bench.offline import is_random
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.stats.claim import claims_on
@@ -32,4 +32,4 @@ TREMBLING = dataclasses.replace(CLIP, name="d", jitter_px=1.0)
 def test_clips_are_random_where_any_frame_of_any_clip_is(clips, random):
     """The first frames of all of these are empty, and so equal at every seed."""
     experiment = OfflineExperiment("clean", "", clips, ("dsnn",))
-    assert plan(experiment, experiment.models, (), 1, 0).is_random() is random
+    assert is_random(experiment) is random

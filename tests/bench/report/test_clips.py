@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from experiments import Figure
+from experiments import ClipFigure
 from experiments.bench.report.clips import course_finding, direction_finding, draw, with_responses
 from tests.helpers.figure_rows import clip_frames, clip_trials, strength
 
@@ -15,7 +15,7 @@ RENDERED = True
 MODELS = ("dsnn", "emd", "dsnn-on-blocked")
 SPEEDS = [{"speed": speed, "grey": grey} for grey in (0.0, 100.0) for speed in (20.0, 60.0, 120.0)]
 THRESHOLDS = {"dsnn": 0.16, "emd": None, "dsnn-on-blocked": 0.3}
-PEAKS = Figure("peaks", along="speed", lines="background_speed", panels="grey")
+PEAKS = ClipFigure("peaks", along="speed", lines="background_speed", panels="grey")
 KINDS = ("traces", "peaks", "background", "ranges", "contrast")
 
 
@@ -50,7 +50,8 @@ def test_the_direction_is_found_where_the_largest_potential_has_it():
 def test_traces_are_means_of_the_frames_and_bands_their_range():
     trials = clip_trials(MODELS, [{"clip": "first"}, {"clip": "second"}], 3)
     table = clip_frames(trials).join(trials, on=["trial", "model"])
-    axes = dict(zip(itertools.product(MODELS, ("first", "second")), drawn(Figure("traces"), trials).axes, strict=True))
+    panels = itertools.product(MODELS, ("first", "second"))
+    axes = dict(zip(panels, drawn(ClipFigure("traces"), trials).axes, strict=True))
     for (model, clip), panel in axes.items():
         of_panel = table.filter(model=model, clip=clip).group_by("frame", maintain_order=True)
         expected = of_panel.agg(mean=pl.col("hs").mean(), low=pl.col("hs").min(), high=pl.col("hs").max())
@@ -73,7 +74,7 @@ def test_lines_of_curves_are_means_of_responses():
 
 def test_ranges_reach_from_the_smallest_to_the_largest_response():
     trials = clip_trials(MODELS, [*SPEEDS, {"object": "absent"}], 2)
-    (axes,) = drawn(Figure("ranges"), trials).axes
+    (axes,) = drawn(ClipFigure("ranges"), trials).axes
     bars = [line.get_xdata() for line in axes.lines if line.get_label() == "object crosses"]
     assert bars == [pytest.approx([strength(model) * 0.9, strength(model) * 1.1]) for model in MODELS]
     limits = {line.get_xdata()[0] for line in axes.lines if line.get_label() == "threshold"}
@@ -82,5 +83,6 @@ def test_ranges_reach_from_the_smallest_to_the_largest_response():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_order_of_rows_changes_nothing(kind):
-    trials, figure = clip_trials(MODELS, [*SPEEDS, {"object": "absent"}], 2), PEAKS if kind == "peaks" else Figure(kind)
+    trials = clip_trials(MODELS, [*SPEEDS, {"object": "absent"}], 2)
+    figure = PEAKS if kind == "peaks" else ClipFigure(kind)
     assert lines(drawn(figure, trials)) == lines(drawn(figure, trials.sample(fraction=1.0, shuffle=True, seed=1)))

@@ -155,7 +155,7 @@ def test_every_experiment_that_declares_a_claim_is_run_and_judges_it():
     assert registry.paper_experiments() == tuple(name for name in NAMES if declared[name])
     assert all(claim in declared[name] for claim, name in where.items()) and set(SENSITIVITY.claims) <= set(where)
     first = planned(QUICK, 0).robot
-    assert [plan.experiment.name for plan in first] == [*registry.paper_experiments(), *SHOWN]
+    assert [plan.name for plan in first] == [*registry.paper_experiments(), *SHOWN]
     plan = design(2)
     assert {spec.experiment for spec in plan.specs} == set(registry.paper_experiments())
     replicates = every(plan, rows_of(plan.specs))
@@ -172,8 +172,8 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     plans = planned(USUAL, 7)
     others = plans.studies["replicates"]
     assert (others.seed, others.study.replicates) == (8, 4), "replicate 0 is not run twice"
-    assert len(others.specs) == 4 * sum(len(part.specs()) for part in plans.paper())
-    assert {part.repeats for part in plans.clips} == {1, 5}
+    assert len(others.specs) == 4 * sum(len(part.specs) for part in plans.paper())
+    assert {part.description["repeats"] for part in plans.clips} == {1, 5}
 
 
 def test_a_claim_that_nothing_declares_or_shows_says_what_it_takes(monkeypatch):

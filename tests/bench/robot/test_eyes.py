@@ -5,22 +5,22 @@ import pytest
 
 from experiments.bench import registry
 from experiments.bench.sources.robot import through
-from experiments.bench.trials import both, plan
+from experiments.bench.trials import plan
 from tests.helpers.played import Played
 
 
-def planned(*changes):
-    return plan(registry.load("distance"), ("dsnn",), changes, 1, 0)
+def planned(*changes, both=False):
+    return plan(registry.load("distance"), ("dsnn",), changes, 1, 0, both=both)
 
 
 @pytest.fixture(scope="module")
 def seen():
-    (spec, *_) = both(planned()).specs()
+    (spec, *_) = planned(both=True).specs
     return Played(spec, maps=True)
 
 
 def alone(*changes):
-    (spec, *_) = planned(*changes).specs()
+    (spec, *_) = planned(*changes).specs
     return Played(spec)
 
 
@@ -49,6 +49,6 @@ def test_only_the_name_of_a_preset_is_an_eye():
 
 
 def test_the_eyes_have_size_and_clock_in_common():
-    run_plan = both(planned("camera.width=50", "camera.fps=25"))
-    result = Played(run_plan.specs()[0], maps=True)
+    run_plan = planned("camera.width=50", "camera.fps=25", both=True)
+    result = Played(run_plan.specs[0], maps=True)
     assert {frames.shape[1:] for frames in result.media.images.values()} == {(72, 50)}

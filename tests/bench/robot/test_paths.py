@@ -1,6 +1,5 @@
 """Paths of one's own: what they do in trials, and what is refused before any."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments import Condition, Experiment, Leg, Path, UsageError
 from experiments.bench.run.models import choose
-from experiments.bench.sources.experiment import Settings
+from experiments.bench.sources.experiment import Listed, Settings
 from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.trials import plan
 from tests.helpers.played import Played
@@ -28,18 +27,8 @@ def result_of(condition, *, maps=False, **changes):
     return Played(RobotTrial("test", 0, 0, 5, condition, settings(**changes)), maps=maps)
 
 
-@dataclasses.dataclass(frozen=True)
-class Declared:
-    shown: tuple[Condition, ...]
-    pose_sd_mm: float = 1.0
-    heading_sd_deg: float = 1.0
-
-    def conditions(self):
-        return self.shown
-
-
 def planned(*conditions, assignments=()):
-    return plan(Experiment("mine", "", Declared(conditions), "motion", 1), ("dsnn",), assignments, 1, 0)
+    return plan(Experiment("mine", "", Listed(conditions), "motion", 1), ("dsnn",), assignments, 1, 0)
 
 
 def crossing(speed=4.0, to=20.0, length=20.0, **place):

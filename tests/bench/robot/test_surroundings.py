@@ -51,8 +51,8 @@ def test_a_hull_fits_by_the_room_that_is_measured(tmp_path):
 
 def test_a_wider_stimulus_begins_farther_out(tmp_path):
     """The run-up is as long; the edge of the view is passed by a body of the width that is set."""
-    usual, wide = (planned("bright", f"scene.shell_width_cm={width}") for width in (4, 6))
-    (one, other) = (nominal(p.experiment.conditions()[0], p.settings).start.y for p in (usual, wide))
+    usual, wide = (planned("bright", f"scene.shell_width_cm={width}").specs[0] for width in (4, 6))
+    (one, other) = (nominal(spec.condition, spec.settings).start.y for spec in (usual, wide))
     half_view = math.radians(usual.settings.camera.hfov_deg / 2)
     assert 100 * (other - one) == pytest.approx(1.0 / math.cos(half_view))
 
@@ -85,7 +85,7 @@ def test_an_edited_arena_is_compiled_anew(tmp_path):
         written(tmp_path, body)
         spec = plan(
             Experiment("e", "one", Translation((20,), (8,)), varies="speed_cm_s", arena=source), ("dsnn",), (), 1, 0
-        ).specs()[0]
+        ).specs[0]
         peaks.append(Played(spec).answers[0].peak_hs)
     forget_simulations()
     assert peaks[0] > peaks[1] + 0.1, "a black robot before a black card"
@@ -96,7 +96,7 @@ def test_a_recording_draws_the_obstacles(tmp_path):
     from tests.helpers.played import Played
 
     recordings = [
-        Played(planned(arena, "experiment.speeds_cm_s=30").specs()[0], maps=True).recording
+        Played(planned(arena, "experiment.speeds_cm_s=30").specs[0], maps=True).recording
         for arena in (written(tmp_path, pillar(0.2, 0.0)), "bright")
     ]
     forget_simulations()

@@ -221,9 +221,9 @@ def planned(models=("dsnn",), *assignments):
 
 
 def test_changed_parameters_by_set_and_by_model():
-    assert planned(("dsnn",), "dsnn.n_con=8", "experiment.distances_cm=8").changed() == {}, "typed, but the same"
+    assert planned(("dsnn",), "dsnn.n_con=8", "experiment.distances_cm=8").parameters == {}, "typed, but the same"
     models = ("dsnn", "dsnn:n_con=6", "emd")
-    changed = planned(models, "dsnn.tau_s=200,10", "camera.read_noise=0.25", "experiment.direction=both").changed()
+    changed = planned(models, "dsnn.tau_s=200,10", "camera.read_noise=0.25", "experiment.direction=both").parameters
     assert changed == {
         "dsnn.tau_s": dict(zip(models, ("200,10", "200,10", None), strict=True)),
         "dsnn.n_con": dict(zip(models, (8, 6, None), strict=True)),

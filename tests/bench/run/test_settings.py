@@ -76,7 +76,7 @@ def test_every_experiment_is_a_whole_declaration(name):
     assert len({getattr(c, experiment.varies) for c in conditions}) > 1
     assert experiment.repeats == 10
     assert set(experiment.claims) <= set(claims_on("robot"))
-    assert len(plan(experiment, ["dsnn"], [], 1, 0).specs()) == len(conditions), "it can run as declared"
+    assert len(plan(experiment, ["dsnn"], [], 1, 0).specs) == len(conditions), "it can run as declared"
     assert dataclasses.is_dataclass(experiment.design)
 
 
