@@ -32,7 +32,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import NAME as DESCRIPTION
 from experiments.bench.run.files import Files, read_parquet
 from experiments.bench.run.parameters import Parameters, of_model, with_columns
-from experiments.bench.run.rows import RECORDING, Failure, TrialRecord, recording_name, table
+from experiments.bench.run.rows import RECORDING, Failure, TrialRecord, table
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
 
@@ -163,7 +163,7 @@ class RunFolder(Files):
     def recording(self, trial: int) -> Path:
         """Path of a trial's recording, whose folder is made."""
         self.recordings.mkdir(exist_ok=True)
-        return self.recordings / recording_name(trial)
+        return self.recordings / f"trial-{trial:04d}.rrd"
 
     def add(self, trial: TrialRecord, condition: str, seed: int) -> None:
         """Write a finished trial: its recording, its frames, its models' failures, then its rows.

@@ -12,9 +12,6 @@ from experiments.bench.run.user_code import traced
 if TYPE_CHECKING:
     import polars as pl
 
-MOST_LISTED = 10
-"""Numbers of trials in a message."""
-
 RECORDING = "(recording)"
 """Label in place of the model in the failure of a trial's recording. No model's label has parentheses."""
 
@@ -108,11 +105,7 @@ def in_words(failures: Iterable[Failure]) -> list[str]:
     alike: dict[tuple[str, str], list[Failure]] = {}
     for failure in failures:
         alike.setdefault((failure.model, failure.reason), []).append(failure)
-    return [
-        f"{first}\nThe same in {len(others)} more: {listed_trials(failure.trial for failure in others)}" if others
-        else str(first)
-        for first, *others in alike.values()
-    ]  # fmt: skip
+    return [f"{first}" + f"\nThe same in {len(others)} more" * bool(others) for first, *others in alike.values()]
 
 
 def recording_of(make: Callable[[], bytes]) -> bytes | str:
@@ -121,11 +114,6 @@ def recording_of(make: Callable[[], bytes]) -> bytes | str:
         return make()
     except Exception as error:  # Rerun's, or too little memory
         return traced(error)
-
-
-def recording_name(index: int) -> str:
-    """File name of the recording of trial ``index``."""
-    return f"trial-{index:04d}.rrd"
 
 
 def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...], list[Mapping[str, Any]]]:
@@ -139,13 +127,6 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
 def known(value: float) -> float | None:
     """Return the value for a table: null instead of NaN."""
     return None if math.isnan(value) else value
-
-
-def listed_trials(trials: Iterable[int]) -> str:
-    """Return the numbers of trials as text, the first few of many."""
-    numbers = sorted(trials)
-    more = f" and {len(numbers) - MOST_LISTED} more" if len(numbers) > MOST_LISTED else ""
-    return f"trials {', '.join(map(str, numbers[:MOST_LISTED]))}{more}"
 
 
 COLUMN = "provenance"

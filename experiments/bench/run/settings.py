@@ -110,7 +110,7 @@ def changed(
         changes = {name: text for name, text in changes.items() if name != PRESET}
     if not changes:
         return value
-    properties = _properties(type(value))
+    properties = _properties(value.__class__)
     parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
     present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     try:  # by the adapter, not the constructor: it checks a design that is a plain dataclass too
@@ -130,13 +130,7 @@ def changed(
 
 def _presets(value: Any) -> Mapping[str, Any]:
     """Return the presets of a value's class, by name; empty where it has none."""
-    kind: Any = type(value)
-    return _presets_of(kind)
-
-
-@functools.cache
-def _presets_of(cls: type) -> Mapping[str, Any]:
-    presets: Mapping[str, Any] = getattr(cls, "presets", dict)()
+    presets: Mapping[str, Any] = getattr(type(value), "presets", dict)()
     return presets
 
 
@@ -160,12 +154,10 @@ def _split(text: str, schema: Mapping[str, Any]) -> Any:
     return next((value for value in schema.get("enum", ()) if str(value) == text), text)
 
 
-def _schemas(cls: Any) -> dict[str, dict[str, Any]]:
+@functools.cache
+def _properties(cls: Any) -> dict[str, dict[str, Any]]:
+    """Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
     return dict(TypeAdapter(cls).json_schema()["properties"])
-
-
-_properties: Callable[[type], dict[str, dict[str, Any]]] = functools.cache(_schemas)
-"""Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
 
 
 def _legal(schema: Mapping[str, Any]) -> str:
@@ -206,7 +198,7 @@ def schema_of(value: Any, name: str) -> Mapping[str, Any]:
     """
     if name == PRESET:
         return {"enum": list(_presets(value))}
-    schema = _properties(type(value))[name]
+    schema = _properties(value.__class__)[name]
     return dict(schema["anyOf"][0]) if "anyOf" in schema else schema
 
 
@@ -245,7 +237,7 @@ def described(values: Mapping[str, Any]) -> Iterator[dict[str, str]]:
             now = next((name for name, preset in _presets(value).items() if preset == value), "")
             legal = ", ".join(_presets(value))
             yield {"key": f"{section}.{PRESET}", "value": now, "legal": legal, "unit": "", "description": words}
-        properties = _properties(type(value))
+        properties = _properties(value.__class__)
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)
             text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)

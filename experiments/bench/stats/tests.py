@@ -83,11 +83,6 @@ class Test:
         return f"{self.effect_name} {self.effect:+.2f}, {self.p_text} ({self.name})"
 
 
-def least_of_pairs(n: int) -> float:
-    """Return the least two-sided p value that signed ranks of ``n`` pairs can reach: all differ one way."""
-    return min(2.0 ** (1 - n), 1.0)
-
-
 def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float = math.inf) -> Summary:
     """Summary of at least one value.
 
@@ -294,7 +289,8 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Test:
         how, p = "exact", _share_beyond(_signed_sums(doubled), abs(seen))
     else:
         how, p = _drawn(_drawn_sums(doubled), abs(seen))
-    return Test(f"{name}, {how}", "rank-biserial", seen / whole, p, least_of_pairs(difference.size))
+    least = 2.0 ** (1 - difference.size)  # all differ one way
+    return Test(f"{name}, {how}", "rank-biserial", seen / whole, p, least)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
