@@ -33,7 +33,7 @@ from experiments.bench.sweep import MOST_SLACK
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
-Box = Mapping[str, Any]
+Ranges = Mapping[str, Any]
 """Key of each free parameter, as ``--over`` has it -> Optuna's distribution of its values."""
 PAIR = 2
 """Settings of the renderings in a batch, where both they and the network are searched."""
@@ -53,7 +53,7 @@ RESULTS = pl.Schema(
 # The box.
 
 
-def box_of(fit: Fit) -> tuple[Box, list[str]]:
+def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
     """Return the box of a fit, and those of its keys that change what is rendered.
 
     Raises
@@ -121,7 +121,7 @@ def at(kind: Any, share: float) -> str:
     return text_of(kind.low + share * (kind.high - kind.low))
 
 
-def spread(box: Box, number: int, seed: int) -> list[Setting]:
+def spread(box: Ranges, number: int, seed: int) -> list[Setting]:
     """Return settings that fill a box evenly: the first points of a scrambled Sobol sequence.
 
     References
@@ -138,7 +138,9 @@ def spread(box: Box, number: int, seed: int) -> list[Setting]:
 # The search: Optuna asks for settings batch by batch.
 
 
-def ask_for(search: Any, box: Box, outside: Sequence[str], size: tuple[int, int], seed: int, number: int) -> list[Any]:
+def ask_for(
+    search: Any, box: Ranges, outside: Sequence[str], size: tuple[int, int], seed: int, number: int
+) -> list[Any]:
     """Return Optuna's trials of a batch: so many renderings, each with so many networks, one after another.
 
     The sampler is made again for each batch, seeded by the seed of the fit and the batch's number. So equal seeds give
@@ -297,7 +299,7 @@ class Fitted:
 # Running it.
 
 
-def planned(fit: Fit, seed: int = 0) -> tuple[Box, list[str]]:
+def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
     """Check a fit with the corners of its box; return the box, and its keys that change what is rendered.
 
     Raises
