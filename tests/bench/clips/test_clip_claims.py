@@ -51,10 +51,6 @@ def without(rows, **values):
     return [one for one in rows if any(one[name] != value for name, value in values.items())]
 
 
-def bounds(outcome):
-    return sorted(map(repr, outcome.checks))
-
-
 # Of every claim.
 
 
@@ -81,7 +77,8 @@ def test_the_order_of_rows_changes_nothing_and_the_sign_of_the_slack_is_the_verd
         if not CLAIMS[claim].silent_passes:
             assert outcome.settled().verdict == ("holds" if all(passing) else "fails")
         again = judge(claim, rng.sample(rows, len(rows)), T)
-        assert (again.verdict, again.n, bounds(again)) == (outcome.verdict, outcome.n, bounds(outcome))
+        assert (again.verdict, again.n) == (outcome.verdict, outcome.n)
+        assert sorted(map(repr, again.checks)) == sorted(map(repr, outcome.checks))
 
 
 @pytest.mark.parametrize("claim", CLAIMS)

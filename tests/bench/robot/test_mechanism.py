@@ -20,18 +20,13 @@ def crossing(speed, distance=8.0, reach_cm=14.0):
     """A stimulus on its line, from ``reach_cm`` on the left to as far on the right: condition, frames."""
     condition = Condition("translation", "rightward", speed, distance)
     time_s = np.arange(1, 2 * reach_cm / speed * CAMERA.fps) / CAMERA.fps
-    aside = speed * time_s - reach_cm
-    return condition, poses(time_s, CAMERA.forward_cm + distance, -aside)
-
-
-def poses(time_s, x_cm, y_cm):
-    """Frames in which the stimulus is at a place, seen by an observer that stands."""
     frames = pl.DataFrame({"sim_time_s": time_s}).with_columns(
-        stimulus_x_cm=pl.lit(x_cm), stimulus_y_cm=pl.lit(y_cm) if np.isscalar(y_cm) else pl.Series(y_cm),
+        stimulus_x_cm=pl.lit(CAMERA.forward_cm + distance), stimulus_y_cm=pl.Series(reach_cm - speed * time_s),
         observer_x_cm=pl.lit(0.0), observer_y_cm=pl.lit(0.0), observer_heading_deg=pl.lit(0.0),
     )  # fmt: skip
-    ahead = pl.col("stimulus_x_cm") - CAMERA.forward_cm
-    return frames.with_columns(stimulus_bearing_deg=-pl.arctan2(pl.col("stimulus_y_cm"), ahead).degrees())
+    return condition, frames.with_columns(
+        stimulus_bearing_deg=-pl.arctan2(pl.col("stimulus_y_cm"), pl.lit(distance)).degrees()
+    )
 
 
 def parts_of(speed, distance=8.0):

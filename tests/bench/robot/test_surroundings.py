@@ -3,15 +3,19 @@
 import json
 import math
 
+import cv2
 import numpy as np
 import pytest
 
 from experiments import Experiment, Translation, load, run
+from experiments.bench import registry
 from experiments.bench.cli import main
 from experiments.bench.report.video import read
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.course import nominal
+from experiments.bench.sources.robot import forget_simulations
 from experiments.bench.trials import plan
+from tests.helpers.played import Played
 
 OWN = """
 from experiments import Experiment, Translation
@@ -34,8 +38,6 @@ def pillar(x, y, radius=0.01, half=0.04):
 
 
 def planned(arena, *settings):
-    from experiments.bench import registry
-
     return plan(registry.load("speed"), ("dsnn",), [f"scene.arena={arena}", *settings], 1, 0)
 
 
@@ -58,9 +60,6 @@ def test_a_wider_stimulus_begins_farther_out(tmp_path):
 
 
 def test_a_run_in_an_arena_is_repeated(tmp_path, monkeypatch):
-    import cv2
-    import numpy as np
-
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tex").mkdir()
     cv2.imwrite("tex/own.png", np.full((8, 8), 90, np.uint8))
@@ -76,9 +75,6 @@ def test_a_run_in_an_arena_is_repeated(tmp_path, monkeypatch):
 
 def test_an_edited_arena_is_compiled_anew(tmp_path):
     """A notebook keeps the scenes of its process."""
-    from experiments.bench.sources.robot import forget_simulations
-    from tests.helpers.played import Played
-
     source = written(tmp_path, "")
     peaks = []
     for body in ("", '<geom type="box" size="0.001 0.3 0.15" pos="0.2 0 0.15" rgba="0.02 0.02 0.02 1"/>'):
@@ -92,9 +88,6 @@ def test_an_edited_arena_is_compiled_anew(tmp_path):
 
 
 def test_a_recording_draws_the_obstacles(tmp_path):
-    from experiments.bench.sources.robot import forget_simulations
-    from tests.helpers.played import Played
-
     recordings = [
         Played(planned(arena, "experiment.speeds_cm_s=30").specs[0], maps=True).recording
         for arena in (written(tmp_path, pillar(0.2, 0.0)), "bright")

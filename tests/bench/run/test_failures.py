@@ -1,7 +1,6 @@
 """Models, parameters and trials that break: what is lost is named, what is not goes on."""
 
 import json
-from types import SimpleNamespace
 
 import polars as pl
 import pytest
@@ -58,10 +57,10 @@ def test_a_user_s_file_that_raises_shows_its_traceback_once(kind, colias, monkey
         assert all(f'mine.py", line {line}' in failure["reason"] for failure in json.loads(path.read_text()))
 
 
-def write_model(colias, instead: str, name: str = "my_model.py") -> None:
+def write_model(folder, instead: str) -> None:
     """The model of docs/how-to/add-a-model.md, with ``instead`` before it takes its gradients."""
     text = user_files.MODEL.replace("        down, right", f"        {instead}\n        down, right")
-    (colias.folder / name).write_text(text)
+    (folder / "my_model.py").write_text(text)
 
 
 def trial_of(models):
@@ -95,7 +94,7 @@ BREAKS = {
 @pytest.mark.parametrize("run", RUNS)
 @pytest.mark.parametrize("kind", BREAKS)
 def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(run, kind, tmp_path):
-    write_model(SimpleNamespace(folder=tmp_path), RAISES.format(BREAKS[kind]))
+    write_model(tmp_path, RAISES.format(BREAKS[kind]))
     path = tmp_path / "my_model.py"
     record = RUNS[run]((choose(str(path)), choose("dsnn")))
     assert rows_of(record, "dsnn") == rows_of(RUNS[run]((choose("dsnn"),)), "dsnn")
@@ -108,7 +107,7 @@ def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(run, kind, tmp_
 
 
 def test_trials_without_a_working_model_fail_and_resume(colias):
-    write_model(colias, "if frame[0, 0] >= 0: raise ValueError('odd')")
+    write_model(colias.folder, "if frame[0, 0] >= 0: raise ValueError('odd')")
     arguments = ("run", "speed", *QUICK, "--only", "--model", "my_model.py", "--workers", "0")
     done = colias(*arguments, "--out", "out")
     assert done.returncode == 1 and "3 more" in done.stderr
@@ -120,7 +119,7 @@ def test_trials_without_a_working_model_fail_and_resume(colias):
 
 
 def test_a_claim_says_how_many_trials_it_lost(colias):
-    write_model(colias, "if now.std() > 0 and int(now.sum()) % 5 == 0: raise ValueError('five')")
+    write_model(colias.folder, "if now.std() > 0 and int(now.sum()) % 5 == 0: raise ValueError('five')")
     flags = ("--model", "dsnn", "--model", "my_model.py", "--workers", "0")
     colias("run", "speed", *QUICK, *flags, "--out", "out")
     failed = len(json.loads((colias.folder / "out" / "failures.json").read_text()))

@@ -1,6 +1,5 @@
 """``--model`` shows a model beside the command's own, ``--only`` just those of ``--model``: one meaning everywhere."""
 
-import csv
 import json
 
 import polars as pl
@@ -16,11 +15,6 @@ QUICK = ("--set", "experiment.speeds_cm_s=30", "--repeats", "1", "--workers", "0
 
 def models_of(folder, table="trials.parquet"):
     return list(dict.fromkeys(pl.read_parquet(folder / table)["model"].to_list()))
-
-
-def csv_of(path):
-    with path.open() as file:
-        return list(csv.DictReader(file))
 
 
 def ran(colias, *arguments):
@@ -114,7 +108,7 @@ def test_a_grid_shows_several_models(colias):
     """A model that a point does not move is shown once in each rendering, and counts at every point."""
     given = ("--over", "dsnn.n_con=4,6", "--over", "camera.read_noise=0,0.64")
     ran(colias, *GRID, *given, "--model", "dsnn", "--model", "emd", "--model", "lgmd1", "--out", "out")
-    rows = [row for row in csv_of(colias.folder / "out" / "counts.csv") if float(row["speed_cm_s"]) == 20]
+    rows = pl.read_csv(colias.folder / "out" / "counts.csv").filter(speed_cm_s=20).to_dicts()
     points = [(row["model"], float(row["dsnn.n_con"]), float(row["camera.read_noise"])) for row in rows]
     assert sorted(points) == sorted(
         (model, n, noise) for model in ("dsnn", "emd", "lgmd1") for n in (4, 6) for noise in (0, 0.64)
