@@ -226,20 +226,10 @@ def test_clips_have_the_network_s_own_responses_and_share_what_no_point_changes(
 # --- a user's own files, and Python -----------------------------------------------------------------------------------
 
 OWN = """
-from experiments import Check, Claim, Experiment, Outcome, Translation, decide
+from experiments import Experiment, Translation
 
-
-def judge(rows, threshold):
-    most = max(row["spikes"] for row in rows)
-    holds, decided = decide([Check(f"{most} spikes", most, 0)])
-    return Outcome("holds" if holds else "fails", decided, decided=decided)
-
-
-CLAIM = Claim(id="fires-NAME", says="it fires", judge=judge)
-EXPERIMENT = Experiment("NAME", "crossings", Translation((20,), (6,)), "speed_cm_s", repeats=5, claims=(CLAIM,))
+EXPERIMENT = Experiment("alpha", "crossings", Translation((20,), (6,)), "speed_cm_s", repeats=5, claims=("C14",))
 """
-
-
 LIGHT = """
 from experiments import Study
 
@@ -252,7 +242,7 @@ def test_a_user_s_study_resumes_with_more_replicates(tmp_path, monkeypatch):
     """Its first replicates are not run again, and it comes to what the larger number comes to at once."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "light.py").write_text(LIGHT)
-    (tmp_path / "alpha.py").write_text(OWN.replace("NAME", "alpha"))
+    (tmp_path / "alpha.py").write_text(OWN)
     arguments = ["sweep", "light.py", "--workers", "0", "-q"]
     assert main.command([*arguments, "--out", "out"]) == 0
     first = pl.read_parquet("out/trials.parquet")

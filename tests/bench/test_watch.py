@@ -207,28 +207,9 @@ def test_what_cannot_be_shown_is_refused_and_leaves_nothing(source, more, says):
     assert sorted(path.name for path in Path.cwd().iterdir()) == ["empty", "text.mp4"]
 
 
-class Capture:
-    """A camera of so many even frames, in place of OpenCV's."""
-
-    def __init__(self, frames):
-        self.frames = frames
-
-    def isOpened(self):
-        return True
-
-    def read(self):
-        self.frames -= 1
-        return self.frames >= 0, np.full((36, 64, 3), 90, np.uint8)
-
-    def get(self, what):
-        return 25.0 if what == cv2.CAP_PROP_FPS else 0.0
-
-    def release(self):
-        self.frames = 0
-
-
 def test_a_camera_has_the_times_of_the_clock_and_its_silence_is_told(monkeypatch):
-    monkeypatch.setattr(cv2, "VideoCapture", lambda index: Capture(5))
+    film, opened = written(Path("five.mkv"), [np.full((36, 64), 90, np.uint8)] * 5), cv2.VideoCapture
+    monkeypatch.setattr(cv2, "VideoCapture", lambda index: opened(film))
     clock = iter([10.0, 10.04, 10.08, 10.13, 10.2])
     monkeypatch.setattr(video.time, "monotonic", lambda: next(clock))
     source = VideoSource("0")

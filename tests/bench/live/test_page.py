@@ -57,10 +57,6 @@ def serving(port: int, make: Callable[[], Any]) -> Iterator[Any]:
         thread.join()
 
 
-def dsnn() -> Session:
-    return Session(["dsnn"])
-
-
 def until(true: Any, otherwise: str = "") -> None:
     end = time.monotonic() + PATIENCE_S
     while not true():
@@ -82,11 +78,9 @@ def watch(page: Any) -> list[float]:
 
 
 @contextmanager
-def visited(
-    profile: Path, port: int, make: Callable[[], Any] = dsnn
-) -> Iterator[tuple[Any, Tab, list[float]]]:  # fmt: skip
+def visited(profile: Path) -> Iterator[tuple[Any, Tab, list[float]]]:
     """Serve a session and open its page, until its plots are drawn."""
-    with serving(port, make) as page, browser(profile, *SOFTWARE_GL) as tab:
+    with serving(PORT, lambda: Session(["dsnn"])) as page, browser(profile, *SOFTWARE_GL) as tab:
         answers = watch(page)
         tab.show(f"http://127.0.0.1:{page.server.get_port()}", 800, 600)
         tab.until("document.querySelectorAll('.u-over').length == 2")
@@ -99,7 +93,7 @@ def visited(
 @pytest.mark.filterwarnings("default")
 def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
-    with visited(tmp_path / "profile", PORT) as (page, tab, answers):
+    with visited(tmp_path / "profile") as (page, tab, answers):
         assert "Make it fire: press" in tab.ask("document.body.innerText")
         session = page.session
         limit = session.runners[0].chosen.threshold

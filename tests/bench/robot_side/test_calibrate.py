@@ -18,8 +18,6 @@ from colias_sim.calibrate import (
     control_zone,
     exposure_loop,
     fixed_pattern,
-    noise_levels,
-    photon_transfer,
     row_time_us,
     unsteadiness,
 )
@@ -48,18 +46,6 @@ def still(camera: CameraConfig, count: int, light: float = 1.0) -> np.ndarray:
         rng = np.random.default_rng(3)
         sim.reset({"stimulus": AWAY}, np.random.default_rng(0), light=light)
         return np.stack([sim.step(rng).luma for _ in range(count)])
-
-
-@pytest.mark.parametrize("constant", ["shot_noise", "read_noise"])
-def test_noise_comes_back(constant):
-    """From one scene of many greys in two lights."""
-    value = getattr(NOISY, constant)
-    for factor in (1.0, 1.1):
-        camera = dataclasses.replace(NOISY, **{constant: factor * value})
-        films = [still(camera, 60, light) for light in (0.15, 0.6)]
-        shot_noise, read_noise = photon_transfer([noise_levels(film) for film in films], gain=1.5)
-        measured = shot_noise if constant == "shot_noise" else read_noise
-        assert (measured == pytest.approx(value, rel=0.05)) is (factor == 1.0)
 
 
 @cache
@@ -179,5 +165,6 @@ def test_the_command_prints_settings_to_paste(tmp_path, capsys):
     settings, notes = camera(tmp_path, capsys, "--fps", "5", "--gain", "1.5")
     assert set(settings) == {"gain", "shot_noise", "read_noise", "row_time_us", "auto_exposure", *TOLERANCE}
     assert not notes and CameraConfig(fps=5, **settings).ae_steps == 10
-    assert float(settings["shot_noise"]) == pytest.approx(4.0, rel=0.1)
+    assert float(settings["shot_noise"]) == pytest.approx(NOISY.shot_noise, rel=0.1)
+    assert float(settings["read_noise"]) == pytest.approx(NOISY.read_noise, rel=0.1)
     assert float(settings["row_time_us"]) == pytest.approx(ROLLING.row_time_us, rel=0.05)

@@ -29,8 +29,6 @@ WORST = 4_000_002
 WORD = re.compile(r"[a-z0-9-]+")
 LONGEST = 128
 """Characters of a line, its end included: ``RECORD_LONGEST``."""
-CHECK_OF_NINE_DIGITS = 0x29B1
-"""CRC-16/CCITT-FALSE of "123456789", as catalogues of such sums have it."""
 
 
 GUARD = b"beyond the record"
@@ -67,7 +65,8 @@ def sent(name: str = "stm32f427") -> list[bytes]:
 
 
 def test_the_checksum_is_the_one_of_the_catalogues():
-    assert logs.crc(b"123456789") == CHECK_OF_NINE_DIGITS
+    """CRC-16/CCITT-FALSE."""
+    assert logs.crc(b"123456789") == 0x29B1
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
