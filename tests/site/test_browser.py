@@ -51,8 +51,7 @@ def test_pages_fit_narrow_and_wide_windows(tmp_path):
     harness = tmp_path / "widths.html"
     harness.write_text(MEASURE.replace("PAGES", json.dumps(views)), encoding="utf-8")
     flags = ("--allow-file-access-from-files", "--disable-web-security")
-    match = re.search(
-        r'<pre id="found">(.*?)</pre>', opened(harness.as_uri(), tmp_path / "profile", *flags, budget_ms=600_000)
-    )
+    page = opened(harness.as_uri(), tmp_path / "profile", *flags, budget_ms=600_000)
+    match = re.search(r'<pre id="found">(.*?)</pre>', page)
     assert match is not None
     assert json.loads(html.unescape(match[1])) == []

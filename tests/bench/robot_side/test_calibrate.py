@@ -14,13 +14,7 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
-from colias_sim.calibrate import (
-    control_zone,
-    exposure_loop,
-    fixed_pattern,
-    row_time_us,
-    unsteadiness,
-)
+from colias_sim.calibrate import control_zone, exposure_loop, fixed_pattern, row_time_us, unsteadiness
 from colias_sim.scene import timestep
 from experiments.bench.cli import main
 from experiments.bench.report.recordings import write_pictures
