@@ -94,23 +94,6 @@ def test_a_robot_cannot_be_put_into_an_obstacle(tmp_path):
             simulation.reset({"stimulus": Pose(0.2, 0.021, 0.0)}, rng)
 
 
-def extent(frame):
-    """Return columns and rows of the dark pixels."""
-    rows, columns = np.nonzero(frame < 60)
-    return np.ptp(columns) + 1, np.ptp(rows) + 1
-
-
-def test_the_shell_has_the_shape_and_size_of_its_settings():
-    usual = extent(seen("plain"))
-    wide = extent(seen("plain", shell_width_cm=6.0))
-    tall = extent(seen("plain", shell_height_cm=4.5))
-    ball = extent(seen("plain", shell_shape="sphere"))
-    assert wide[0] > 1.4 * usual[0] and tall[1] > 1.3 * usual[1] and abs(tall[0] - usual[0]) <= 1
-    assert abs(ball[0] - ball[1]) <= 1, "a sphere is round"
-    edge, face = (extent(seen("plain", shell_shape="card", shell_turn_deg=turn)) for turn in (0.0, 90.0))
-    assert edge[0] <= 2 < 20 < face[0], "a card faces ahead, or by 90 degrees sideways"
-
-
 def test_a_picture_on_the_shell_is_upright_and_no_mirror_image_from_every_side(tmp_path):
     """The picture is dark in its upper left quarter."""
     picture = np.full((64, 64), 255, np.uint8)

@@ -3,7 +3,6 @@
 import math
 from unittest.mock import patch
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -78,44 +77,8 @@ def test_exposure_blurs_by_the_distance_moved():
     assert widths[33.0] == pytest.approx(moved, rel=0.2)
 
 
-def test_a_picture_shows_the_scene_as_it_is_when_it_is_rendered():
-    """Not as it was a physics step before, in which this robot comes 0.4 mm further."""
-    camera = quiet(exposure_ms=0.0, exposure_samples=1, supersample=2)
-    with Simulation(camera=camera, scene=PLAIN) as sim:
-        rng = np.random.default_rng(0)
-        sim.reset({"stimulus": Pose(LENS + 0.06, 0.02, -math.pi / 2)}, rng)
-        robot = sim.robots["stimulus"]
-        robot.drive(robot.wheels_for(0.2, 0.0))
-        luma = [sim.step(rng).luma for _ in range(4)][-1]
-        mujoco.mj_forward(sim.model, sim.data)
-        sim.camera.expose(sim.data)
-        np.testing.assert_array_equal(sim.camera.develop(rng, sim.data.time).luma, luma)
-
-
-def shifted_frames(camera: CameraConfig, count: int = 24) -> np.ndarray:
-    """The stimulus moved by a third of a pixel per frame, by hand, so that nothing but sampling differs."""
-    step = 0.08 / camera.focal_px / 3
-    frames = []
-    with Simulation(camera=camera, scene=STILL) as sim:
-        for i in range(count):
-            sim.reset({"stimulus": Pose(LENS + 0.08, 0.004 - step * i, -math.pi / 2)}, np.random.default_rng(0))
-            frames.append(sim.step(np.random.default_rng(0)).luma)
-    return np.stack(frames).astype(float)
-
-
-def test_antialiasing_keeps_a_third_of_a_pixel_smooth():
-    """Against 16x16 samples a pixel: the default's error is well below a moving edge's change per frame.
-
-    One sample a pixel, the renderer's cheapest, is worse than the signal itself.
-    """
-    truth = shifted_frames(quiet(exposure_ms=0, multisample=0, supersample=16))
-    signal = np.diff(truth, axis=0)
-    moving = np.abs(signal).max(0) > 10
-
-    def error(camera: CameraConfig) -> float:
-        return float((np.diff(shifted_frames(camera), axis=0) - signal)[:, moving].std() / signal[:, moving].std())
-
-    default, none = error(quiet(exposure_ms=0)), error(quiet(exposure_ms=0, multisample=0))
-    assert default < 0.6
-    assert none > 1.0
-    assert error(quiet(exposure_ms=0, supersample=4)) < 0.1
+def test_a_supersampled_pixel_is_the_mean_of_those_of_a_finer_picture():
+    sharp = {"exposure_ms": 0.0, "exposure_samples": 1, "multisample": 0}
+    sizes: list[dict[str, int]] = [{"supersample": 4}, {"width": 4 * 99, "height": 4 * 72}]
+    coarse, fine = (view(quiet(**sharp, **size), Pose(LENS + 0.08, 0.004, 0.0)) for size in sizes)
+    np.testing.assert_allclose(coarse, fine.reshape(72, 4, 99, 4).mean((1, 3)), atol=1.0)

@@ -27,13 +27,6 @@ def test_assets_are_what_the_generator_draws(tmp_path):
     assert (tmp_path / "arena_wall.xml").read_text() == (FOLDER / "arena_wall.xml").read_text()
 
 
-def test_the_wall_has_no_seam():
-    texture = generate.clutter().astype(float)
-    across = np.abs(texture[:, 0] - texture[:, -1]).mean()
-    inside = np.abs(np.diff(texture, axis=1)).mean(0)
-    assert across < np.quantile(inside, 0.99)
-
-
 def test_parameters_reach_the_model():
     robot, camera = RobotConfig(track_cm=3.0, mass_g=40.0, max_speed_cm_s=20.0), CameraConfig(up_cm=1.5, hfov_deg=60.0)
     model = compose(SceneConfig(), robot, camera, {"stimulus": "colias_black"}, "stimulus").compile()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+
 import numpy as np
 import pytest
 
@@ -21,12 +24,16 @@ def test_a_colias_is_4_cm_across_and_3_cm_tall(variant):
 
 
 def test_the_shell_is_the_one_that_the_scene_asks_for():
-    grey = SceneConfig(shell_grey=0.5)
+    grey = SceneConfig(shell_grey=0.5, shell_width_cm=6.0, shell_height_cm=4.5)
     ((kind, shell),) = robot_shapes("colias_black", grey).items()
     assert kind == "cylinder" and shell["colour"].tolist() == [[128, 128, 128]]
+    assert shell["half_size"][0] == pytest.approx([0.03, 0.03, 0.0225])
     card = SceneConfig(shell_shape="card", shell_width_cm=6.0, shell_height_cm=5.0)
     ((kind, shell),) = robot_shapes("colias_black", card).items()
     assert kind == "box" and shell["half_size"][0, 1:] == pytest.approx([0.03, 0.025])
+    (turned,) = robot_shapes("colias_black", dataclasses.replace(card, shell_turn_deg=90.0)).values()
+    assert shell["turn"][0].tolist() == [0.0, 0.0, 0.0, 1.0]
+    assert turned["turn"][0] == pytest.approx([0.0, 0.0, *[math.sqrt(0.5)] * 2])
     ((kind, shell),) = robot_shapes("colias_black", SceneConfig(shell_shape="sphere", shell_width_cm=6.0)).items()
     assert kind == "ellipsoid" and shell["half_size"][0] == pytest.approx([0.03] * 3)
     own, usual = robot_shapes("colias", grey), robot_shapes("colias", SceneConfig())

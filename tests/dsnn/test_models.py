@@ -116,7 +116,7 @@ def test_maps_and_refused_frames_leave_no_trace_and_floats_mean_the_same_grey(en
         assert kept.p.shape == SHAPE
         assert not np.array_equal(kept.p, answers[11].maps.p), "maps are copies, not views of a buffer in use"
     for kind in (np.float64, np.float32):
-        other = model.run(frames.astype(kind))
+        other = model.run(frames.astype(kind, order="F"))  # and no frame is contiguous
         for channel in entry.channels:
             np.testing.assert_allclose(getattr(other, channel), getattr(plain, channel), atol=1e-6)
 

@@ -150,15 +150,6 @@ def test_models_in_threads_are_apart():
         np.testing.assert_array_equal(potentials, expected)
 
 
-@built
-def test_any_layout_of_a_frame_is_the_same_frame():
-    frames = crossing()
-    expected = DSNN(frames.shape[1:], form="native").run(frames).hs
-    reversed_twice = frames[:, :, ::-1].copy()[:, :, ::-1]
-    for other in (np.asfortranarray(frames), reversed_twice, frames.astype(np.float32), frames.astype(np.float64)):
-        np.testing.assert_array_equal(DSNN(frames.shape[1:], form="native").run(other).hs, expected)
-
-
 UNBUILT = """
 import sys
 sys.modules["_dsnn_native"] = None

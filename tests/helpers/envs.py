@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from typing import Any
 
@@ -31,11 +30,6 @@ def bare(name: str, **options: Any) -> ColiasEnv[Any]:
     env = gym.make(name, **options).unwrapped
     assert isinstance(env, ColiasEnv)
     return env
-
-
-def env_class(name: str) -> type[ColiasEnv[Any]]:
-    module, _, cls = ENVS[name].entry_point.partition(":")
-    return getattr(importlib.import_module(module), cls)
 
 
 def episode(env: gym.Env[Any, Any], seed: int | None = None, steps: int = 25) -> list[Any]:

@@ -113,17 +113,6 @@ def test_what_happens_does_not_depend_on_what_is_observed_or_shown(name):
         assert fingerprint(other) == fingerprint(told[0])
 
 
-@every_env
-def test_observations_are_the_agent_s_to_keep(name):
-    env = bare(name, observation="both")
-    first, _ = env.reset(seed=1)
-    kept = fingerprint([first])
-    for _ in range(3):
-        env.step([1.0, -1.0])
-    assert fingerprint([first]) == kept
-    env.close()
-
-
 # Rewards.
 
 

@@ -5,15 +5,15 @@ import re
 
 from colias_sim import envs
 from colias_sim.envs.senses import MANOEUVRES
-from tests.helpers.envs import bare, env_class, episode, every_env
+from tests.helpers.envs import bare, episode, every_env
 
 SHARED = inspect.getdoc(envs) or ""
 
 
 @every_env
 def test_every_entry_of_info_is_documented(name):
-    page = SHARED + (inspect.getdoc(env_class(name)) or "")
     env = bare(name, observation="state")
+    page = SHARED + (inspect.getdoc(type(env)) or "")
     *_, info = episode(env, seed=0)[1]
     env.close()
     for key in info:

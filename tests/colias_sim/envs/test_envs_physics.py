@@ -36,13 +36,7 @@ def test_the_speed_does_not_jump_and_settles_at_the_commanded():
     infos = rolling(0.3, 0.3)
     assert [info["driven_cm"] * 30 for info in infos[10:]] == pytest.approx([0.3 * FULL] * 35, rel=0.02)
     assert abs(infos[-1]["y_cm"]) < 0.1 and abs(infos[-1]["heading_deg"]) < 0.5
-
-
-def test_opposite_wheels_turn_on_the_spot():
-    infos = rolling(-0.3, 0.3)
-    assert infos[-1]["turn_deg_s"] == pytest.approx(math.degrees(2 * 0.3 * FULL / TRACK), rel=0.02)
-    assert max(math.hypot(info["x_cm"], info["y_cm"]) for info in infos) < 0.05
-    assert rolling(0.3, -0.3)[-1]["turn_deg_s"] == pytest.approx(-infos[-1]["turn_deg_s"], rel=0.01)
+    assert rolling(-0.3, 0.3)[-1]["turn_deg_s"] == pytest.approx(math.degrees(2 * 0.3 * FULL / TRACK), rel=0.02)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -198,19 +192,6 @@ def test_nobody_stands_in_another_at_the_start(name, robots):
         assert max(math.hypot(pose.x, pose.y) for pose in poses) < (RADIUS - HULL - 1.0) / 100
     assert len(starts) > 10, "each episode another"
     env.close()
-
-
-def test_noise_is_a_multiple_of_the_camera_s_own():
-    """Bytes of frames: three times the noise is a camera whose photon and read noise are three times as large."""
-    usual = CameraConfig()
-    louder = {"shot_noise": 3 * usual.shot_noise, "read_noise": 3 * usual.read_noise}
-    frames = []
-    for options in ({"noise": 3.0}, {"camera": louder}, {}):
-        env = bare("colias_sim/Fixation-v0", observation="pixels", arena="plain", **options)
-        env.reset(seed=3)
-        frames.append(env.step([0.0, 0.0])[0])
-        env.close()
-    assert np.array_equal(frames[0], frames[1]) and not np.array_equal(frames[0], frames[2])
 
 
 def test_the_state_tells_where_the_others_are():

@@ -90,8 +90,10 @@ def test_a_number_draws_as_it_did_before_there_were_factors():
     env.close()
 
 
+USUAL = CameraConfig.preset(EYE)
 SAME: list[tuple[str, float, dict[str, Any]]] = [
     ("noise", 2.0, {"noise": 2.0}),
+    ("noise", 2.0, {"camera": {"preset": EYE, "shot_noise": 2 * USUAL.shot_noise, "read_noise": 2 * USUAL.read_noise}}),
     ("ae_target", 80.0, {"camera": {"preset": EYE, "ae_target": 80.0}}),
     ("row_time_us", 300.0, {"camera": {"preset": EYE, "row_time_us": 300.0}}),
     ("row_time_us", 0.0, {"camera": {"preset": EYE, "row_time_us": 0.0}}),

@@ -8,7 +8,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from dsnn import DSNN, OnboardDSNN, OnboardParams, forms, native
@@ -29,6 +29,8 @@ RAM, RING = 256 * 1024, 3 * 2 * 72 * 99
 @built
 @settings(max_examples=80, deadline=None, derandomize=True)
 @given(st.integers(0, 2**31), st.booleans(), st.tuples(st.integers(2, 30), st.integers(2, 40)), st.integers(1, 8))
+@example(7, False, (72, 99), 8)  # the robot's size, every pixel flickering: the largest sums, of 16 bits
+@example(9, False, (72, 99), 8)  # and of 8
 def test_c_is_its_specification_to_the_bit(seed, extreme, shape, count):
     """Over parameters, formats, shapes and sequences, and after a reset."""
     rng = np.random.default_rng(seed)
@@ -41,18 +43,6 @@ def test_c_is_its_specification_to_the_bit(seed, extreme, shape, count):
     again = every_answer(code, more)
     assert again == every_answer(specification, more)
     assert again == every_answer(OnboardDSNN(shape, params, form="native"), more), "a reset forgets everything"
-
-
-@built
-@pytest.mark.parametrize("name", ["bits8", "grey-levels"])
-def test_the_forms_agree_at_the_robot_s_size(name):
-    flicker = np.random.default_rng(2).integers(0, 2, (6, 72, 99)).astype(np.uint8) * 255
-    there = crossing(count=15)
-    frames = np.concatenate([there, there[:, :, ::-1], flicker])
-    code = every_answer(OnboardDSNN((72, 99), ROBOT[name], form="native"), frames)
-    assert code == every_answer(OnboardDSNN((72, 99), ROBOT[name], form="reference"), frames)
-    silent = name == "grey-levels"  # the control, of which nothing is left
-    assert silent or {-1, 1} <= {np.sign(hs_spikes) for (_, _, hs_spikes, *_), *_ in code}
 
 
 @pytest.mark.parametrize("name", ROBOT)
