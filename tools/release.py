@@ -26,18 +26,19 @@ PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 GLIBC = "2.28"
 """That of Debian 10, RHEL 8 and Ubuntu 18.10: the oldest that the wheels of MuJoCo and NumPy load on."""
 NATIVE = "_dsnn_native"
-DOCS = ("test_docs.py", "test_docs_questions.py", "test_docs_chapters.py")
-"""Tests that run what pages show, in an empty folder."""
 GOLDEN = "tests/dsnn/test_golden.py"
 INSTALL_PAGE = ROOT / "docs" / "install.md"
 EXTRA = re.compile(r"^pip install '\.\[(\w+)\]'", re.MULTILINE)
 """How the page of installation shows an extra."""
 TESTED_WITH = ("pytest>=9", "hypothesis>=6.130", "pytest-xdist>=3.8", "numpydoc>=1.11")
 PROGRAM = """
+import json
+from pathlib import Path
 import dsnn.native, experiments, gymnasium, colias_sim
 from dsnn import forms
 assert not dsnn.native.missing() and forms.chosen() == "native"
 assert len(experiments.load("runs/speed").trials)
+assert json.loads(Path("runs/speed/run.json").read_text())["source"]["commit"] is None
 env = gymnasium.make("colias_sim/Optomotor-v0")
 env.reset(seed=0)
 for _ in range(30):
@@ -142,13 +143,14 @@ def attempt(wheel: Path, python: str, resolution: str, pages: bool) -> None:
         for folder in ("tests", "docs"):
             unwanted = shutil.ignore_patterns("__pycache__", "generated")
             shutil.copytree(ROOT / folder, tests / folder, ignore=unwanted)
-        for file in ("README.md", "pyproject.toml", "Makefile"):
+        for file in ("README.md", "CONTRIBUTING.md", "pyproject.toml", "Makefile"):
             shutil.copy2(ROOT / file, tests / file)
         pytest = (venv / "bin" / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider")
         if newest:
             do(*pytest, "-k", "native", GOLDEN, cwd=tests)
         if pages:
-            do(*pytest, "-n", "2", "-k", "runs_as_pasted", *(f"tests/docs/{test}" for test in DOCS), cwd=tests)
+            shown = sorted(path.relative_to(ROOT) for path in (ROOT / "tests" / "docs").glob("test_docs*.py"))
+            do(*pytest, "-n", "2", "-k", "runs_as_pasted", *shown, cwd=tests)
             for extra in EXTRA.findall(INSTALL_PAGE.read_text(encoding="utf-8")):
                 do(*install, f"{wheel}[{extra}]", cwd=home)
                 do("sh", "-c", EXTRA_TRIES[extra], cwd=home, environment=plain)

@@ -28,7 +28,7 @@ GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     },
     "see": {
         "view": (see.view, "Open recordings in Rerun, or a scene in MuJoCo's viewer"),
-        "video": (see.video, "Make a video, a GIF, a strip or pictures of a recording"),
+        "video": (see.video, "Make a video, a strip or pictures of a recording"),
         "list": (see.list_names, "Name experiments, models, stimuli, claims, parameters, runs"),
     },
     "make your own": {
