@@ -31,6 +31,7 @@ from experiments.bench.measures import SweepMeasure
 from experiments.bench.replicates import MODEL, asked_models
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import plain
 from experiments.bench.run.models import ConfiguredModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.settings import changed, check_counts, watchers
@@ -267,7 +268,7 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
         "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
         "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters, "axes": axes,
-        "claims": [{**claim.described(), "experiment": name} for claim, name in claims],
+        "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip

@@ -297,7 +297,7 @@ def _verdicts(
         (claim, model.label, model.threshold, [row for row in rows if row["model"] == model.label])
         for model in models
         for claim in claims
-        if not claim.models and claim.concerns(model.channels)
+        if not claim.models and (claim.about == "looming") != ("hs" in model.channels)
     ]
     asked += [(claim, "", thresholds.get(claim.spiking), rows) for claim in claims if claim.models]
     verdicts = []

@@ -94,11 +94,10 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
         counted = verdict.count
         who = f" ({verdict.model})" if model and verdict.model else ""
         origin = f" [{provenance}]" if provenance else ""
-        held = f"; {counted.sentence()}".removeprefix(f"; {counted.word}") if counted.judged else ""
-        told = f"{title_of(verdict)}{held}; {verdict.outcome.deciding}"
+        told = f"{title_of(verdict)}; {verdict.outcome.deciding}"
         if verdict.equal is not None and verdict.outcome.equal is not None:
             told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
-        label = Text(counted.label, VERDICT_COLOURS[counted.kind])
+        label = Text(counted.sentence(), VERDICT_COLOURS[counted.kind])
         out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {told}"))
     if skipped:
         names, most = ", ".join(skipped), max(skipped.values())

@@ -167,7 +167,7 @@ def logged(model: ConfiguredModel, rows: pl.DataFrame) -> ConfiguredModel:
         return SimpleNamespace(step=step)
 
     entry = dataclasses.replace(entry, channels=channels, thresholds=thresholds, build=build)
-    return dataclasses.replace(model, entry=entry)
+    return dataclasses.replace(model, declared=entry)
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,7 +78,7 @@ def to_json(value: Any) -> str:
 def plain(value: Any) -> Any:
     """Turn what JSON does not know into what it does: dataclasses into objects, a claim into words, others to text."""
     if isinstance(value, Claim):
-        return value.described()
+        return {"id": value.id, "says": value.says, "source": value.source}
     if isinstance(value, StimulusEntry):
         return value.name
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -115,9 +115,9 @@ class Files:
         with replacing(self.path(name)) as partial:
             pl.DataFrame(rows, infer_schema_length=None).write_csv(partial)
 
-    def write_table(self, name: str, table: pl.DataFrame) -> None:
-        """Write a table as Parquet."""
-        with replacing(self.path(name)) as partial:
+    def write_table(self, path: Path, table: pl.DataFrame) -> None:
+        """Write a table as Parquet at ``path``, in the folder or below it."""
+        with replacing(path) as partial:
             table.write_parquet(partial)
 
     def write_bytes(self, path: Path, data: bytes) -> None:

@@ -183,12 +183,10 @@ class RunFolder(Files):
             known.append(trial.pixels)
             self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self._renderers})
         self.path(PARTS).mkdir(exist_ok=True)
-        self.write_table(f"{PARTS}/{_part(self.folder, trial.index, 'frames').name}", trial.frames)
+        self.write_table(_part(self.folder, trial.index, "frames"), trial.frames)
         for failure in failures:
             self.fail(failure)
-        self.write_table(
-            f"{PARTS}/{_part(self.folder, trial.index, 'trials').name}", table(rows, self._schemas["trials"])
-        )
+        self.write_table(_part(self.folder, trial.index, "trials"), table(rows, self._schemas["trials"]))
         self._done.add(trial.index)
 
     def fail(self, failure: Failure) -> None:
@@ -206,7 +204,7 @@ class RunFolder(Files):
             self.write_json(FAILURES, self.failures())
         if self.path(PARTS).is_dir() or not has_tables(self.folder):
             for name in ("frames", "trials"):
-                self.write_table(f"{name}.parquet", self.table(name))
+                self.write_table(self.path(f"{name}.parquet"), self.table(name))
             for trial in _in_parts(self.folder):
                 _part(self.folder, trial, "trials").unlink()  # its frames are no longer read without
             shutil.rmtree(self.path(PARTS), ignore_errors=True)

@@ -30,7 +30,7 @@ class ConfiguredModel:
     """A registered name, or the absolute path of a .py file."""
     network: Any
     """Parameters of the network, a frozen dataclass."""
-    entry: ModelEntry | None = field(default=None, compare=False, repr=False)
+    declared: ModelEntry = field(compare=False, repr=False)
     """Entry that the source declared when the model was chosen; its file may be edited since."""
     text: str = field(default="", compare=False, repr=False)
     """The model as typed after ``--model``, with its settings."""
@@ -41,11 +41,6 @@ class ConfiguredModel:
     def values(self) -> Mapping[str, str]:
         """The settings that it was typed with, name -> text."""
         return ask(self.text)[1]
-
-    @property
-    def declared(self) -> ModelEntry:
-        """Return what its source declares."""
-        return self.entry or load_model(self.source)
 
     @property
     def channels(self) -> tuple[str, ...]:

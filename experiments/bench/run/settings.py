@@ -42,7 +42,7 @@ def watchers(
     """Models with their off-line parameters, and what was assigned: section -> name -> text.
 
     ``others`` are further sections; ``fps`` is the models' frame rate where none is assigned.
-    Raises `UsageError` as `configure` does.
+    Raises `UsageError` for what is not legal.
     """
     models_shown = look_up(models, "offline")
     values = dict(others)

@@ -4,7 +4,7 @@ Every random draw of ``experiments`` comes from `stream`; those of clips come fr
 env's world and film from `colias_sim.streams`.
 
 - A **trial** with the robot has a seed of its own, hashed from the run's seed and the trial's index
-  (`experiments.bench.sources.experiment.trial_seed`), and draws from three streams at that seed.
+  (`experiments.bench.sources.robot.trial_seed`), and draws from three streams at that seed.
 - Repeat r of a **clip**, and episode r of a **behaviour**, have the run's seed plus r. So episode 1 of a run with seed
   0 is what episode 0 of a run with seed 1 is; within a run no two repeats are alike. Repeat r of a clip has scene r
   too (`experiments.bench.sources.clips.clips_of`).

@@ -78,10 +78,19 @@ def judge(
             outcome = outcome.against_silence(_clips_answered(asked.spiking, everything, threshold), "clip")
         else:
             outcome = outcome.against_silence(_trials_answered(everything), "trial")
-    again = asked.on_equal_terms(rows)
+    again = _on_equal_terms(asked, rows)
     if not again:
         return outcome
     return replace(outcome, equal=judge(replace(asked, settled=True, equal_terms={}), again, threshold, all_rows))
+
+
+def _on_equal_terms(claim: Claim, rows: Rows) -> list[Mapping[str, Any]]:
+    """Return the rows of models on equal terms, under the labels that they stand for; none where none was shown."""
+    labels = {equal: label for label, equal in claim.equal_terms.items()}
+    if not labels or not labels.keys() <= {row["model"] for row in rows}:
+        return []
+    others = (row for row in rows if row["model"] not in {*labels, *labels.values()})
+    return [*others, *({**row, "model": labels[row["model"]]} for row in rows if row["model"] in labels)]
 
 
 def _judged(claim: Claim, rows: Rows, threshold: float) -> Outcome:

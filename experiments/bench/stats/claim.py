@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -151,55 +151,10 @@ class Claim(Words):
         """The model whose spiking threshold the judge of a claim with ``models`` receives."""
         return DSNN if DSNN in self.models else min(self.models)
 
-    def concerns(self, channels: Sequence[str]) -> bool:
-        """Tell whether the claim is about a model.
-
-        Parameters
-        ----------
-        channels
-            The channels that the model answers by, of `dsnn.CHANNELS`.
-
-        Returns
-        -------
-        bool
-            Whether it is.
-        """
-        return (self.about == "looming") != ("hs" in channels)
-
     @property
     def own(self) -> bool:
         """Return whether it is a user's own, and none of those that ship."""
         return self.id not in claim_ids()
-
-    def on_equal_terms(self, rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-        """Return the rows that it is judged on a second time; none where no model was shown on equal terms.
-
-        Parameters
-        ----------
-        rows
-            Rows of a run's table.
-
-        Returns
-        -------
-        list
-            The same rows, those of the models on equal terms under the labels of the models that they stand for.
-        """
-        rows = list(rows)
-        labels = {equal: label for label, equal in self.equal_terms.items()}
-        if not labels or not labels.keys() <= {row["model"] for row in rows}:
-            return []
-        plain = (row for row in rows if row["model"] not in {*labels, *labels.values()})
-        return [*plain, *({**row, "model": labels[row["model"]]} for row in rows if row["model"] in labels)]
-
-    def described(self) -> dict[str, str]:
-        """Describe the claim as a run does.
-
-        Returns
-        -------
-        dict of str to str
-            ``id``, ``says`` and ``source``.
-        """
-        return {"id": self.id, "says": self.says, "source": self.source}
 
     def ask(self, trials: Any, *more: Any) -> Outcome:
         """Ask the judge. A user's judge that raises leaves the claim unjudged: the tables count.

@@ -31,5 +31,5 @@ TREMBLING = dataclasses.replace(CLIP, name="d", jitter_px=1.0)
 @pytest.mark.parametrize(("clips", "random"), [((CLIP,), False), ((TREMBLING,), True), ((CLIP, TREMBLING), True)])
 def test_clips_are_random_where_any_frame_of_any_clip_is(clips, random):
     """The first frames of all of these are empty, and so equal at every seed."""
-    experiment = OfflineExperiment("clean", "", clips, ("dsnn",))
+    experiment = OfflineExperiment("mine", "", clips, ("dsnn",), repeats=2)
     assert is_random(experiment) is random
