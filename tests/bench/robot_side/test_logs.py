@@ -147,6 +147,15 @@ def test_a_log_knows_its_own_rate_and_its_unit_of_time(tmp_path):
         imported(written(tmp_path / "log.csv", rate=0.03), tmp_path / "other")
 
 
+def test_time_in_view_goes_by_the_log_s_own_times(simulated, tmp_path):
+    assert colias("firmware", "log", simulated.folder, "--out", tmp_path / "robot") == 0
+    log = pl.read_csv(tmp_path / "robot" / "log.csv").with_columns(pl.col("time_s") * 2)
+    log.write_csv(tmp_path / "slow.csv")
+    slow = imported(tmp_path / "slow.csv", tmp_path / "slow")
+    np.testing.assert_allclose(slow.trials["seconds_in_view"], 2 * simulated.trials["seconds_in_view"])
+    np.testing.assert_allclose(slow.trials["rate_in_view_hz"], simulated.trials["rate_in_view_hz"] / 2)
+
+
 def test_what_nobody_knows_is_null_and_the_run_says_that_it_is_measured(tmp_path, capsys):
     """HS alone, no tracker, and conditions of unequal numbers of trials: all readers cope."""
     log = written(tmp_path / "log.csv", speeds=(20, 30, 20))

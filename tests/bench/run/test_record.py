@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from rerun.chunk import RrdReader
 
+from colias_sim import SceneConfig
 from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.report.palette import colours
 from experiments.bench.report.video import model_part
@@ -80,6 +81,13 @@ def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_a
         root = f"/{model_entity(label)}"
         assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == rgb(tint)
         assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
+
+
+def test_a_robot_has_its_size_in_cm(tmp_path):
+    shell = SceneConfig(shell_width_cm=6.0, shell_height_cm=4.5)
+    content = Content(CONTENT.models[:1], scene=shell, robots=(("stimulus", "colias_black"),))
+    held = columns(written(tmp_path / "a.rrd", content), static=True)["/world/stimulus"]
+    np.testing.assert_allclose([held["radii"], held["lengths"]], [[[3.0]], [[4.5]]], rtol=1e-6)
 
 
 def test_a_saved_layout_is_opened_with_and_is_not_put_over_a_reader_s_own(tmp_path):

@@ -72,6 +72,7 @@ def test_a_direction_is_defined_where_its_interval_is_narrower_than_the_step():
     assert curves.undefined_direction([350.0, 2.0, 355.0, 5.0, 358.0], 22.5) == "", "angles go round"
     assert curves.undefined_direction([310.0, 350.0, 347.0, 343.0, 320.0], 22.5)
     assert curves.undefined_direction([40.0], 22.5) == "", "one phase says nothing of noise"
+    assert curves.direction_noise([358.0, 0.0, 2.0]) == pytest.approx(4.3027 * 2 / math.sqrt(3), rel=1e-3), "Student's"
     rng = np.random.default_rng(0)
     samples = rng.normal(90.0, 8.0, (400, 5))
     covered = np.mean([abs(turns.mean() - 90.0) <= curves.direction_noise(turns) for turns in samples])
