@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 
 from experiments.bench import tune
+from experiments.bench.report.tuning import MEASURES, draw
 from experiments.bench.run.runs import Resources
 from experiments.bench.run.workers import open_workers
 from experiments.bench.stats import curves
@@ -68,6 +69,14 @@ def test_a_detector_that_fires_at_an_angle_does_so_at_every_l_over_v():
     rows = [{"curve": "l-over-v", "line": "dark looming", "x": s, "contact_s": s / math.tan(math.radians(15.0))}
             for s in (0.02, 0.08, 0.64)]  # fmt: skip
     assert tune.preferences(table(rows), "m", ("looming",))["fires_deg"] == pytest.approx(30.0)
+
+
+def test_the_figure_of_approaches_has_the_angle_that_the_table_has():
+    rows = [{"curve": "l-over-v", "line": "dark looming", "x": s, "contact_s": s / math.tan(math.radians(15.0))}
+            for s in (0.02, 0.08, 0.64)]  # fmt: skip
+    figure = draw(tune.FAMILIES["l-over-v"], table(rows), {})
+    (axes,) = [axes for axes in figure.axes if axes.get_ylabel() == MEASURES["angle_deg"]]
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 30.0)
 
 
 # --- clips and models -------------------------------------------------------------------------------------------------

@@ -59,6 +59,11 @@ def test_a_mirrored_path_has_left_and_right_exchanged():
         assert (other.x, other.y) == pytest.approx((one.x, -one.y))
 
 
+@pytest.mark.parametrize(("x_cm", "heading_deg"), [(16.0, 180.0), (6.0, 0.0)], ids=["approach", "recession"])
+def test_a_path_s_distance_is_that_of_its_nearest_place(x_cm, heading_deg):
+    assert Condition.along("mine", Path([Leg(10, 5)], x_cm, 0.0, heading_deg)).distance_cm == 6.0
+
+
 def test_a_function_of_time_is_followed():
     """The stimulus comes through the places of the function, in its time."""
     path = Path.of_time(slalom, seconds=4)
