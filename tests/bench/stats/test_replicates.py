@@ -5,10 +5,11 @@ import dataclasses
 import pytest
 
 from experiments.bench import registry, reproduce
+from experiments.bench.replicates import Replicate, of_model
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.sources.judge import judge as outcome
-from experiments.bench.stats.claim import POTENTIALS, claims_on, find_claim
+from experiments.bench.stats.claim import POTENTIALS, Claim, claims_on, find_claim
 from experiments.bench.stats.count import Count
 from tests.bench.robot.test_judges import enough as trials_of
 from tests.helpers import clip_rows
@@ -203,4 +204,10 @@ def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_ot
     assert c21.outcome.verdict == "fails" and f"{lost} not shown" in c21.outcome.measured
 
 
-# Used to choose.
+def test_a_looming_claim_of_a_model_that_tells_direction_too_is_judged_by_its_looming_detector():
+    asked = []
+    claim = Claim(id="mine", says="-", about="looming",
+                  judge=lambda rows, threshold: asked.append((rows[0]["spikes"], threshold)) or [])  # fmt: skip
+    row = {**translation(99), "model": "both", "experiment": "general", "looming_spikes": 2}
+    of_model(claim, Replicate((row,), {}, {"both": 0.2}, {"both": 0.7}), "both", "general")
+    assert asked == [(2, 0.7)]

@@ -1,5 +1,6 @@
 """Factors, drawn by ``randomise`` or given at a reset: each changes what it says, as if compiled so, and no more."""
 
+import cmath
 import dataclasses
 import math
 from typing import Any
@@ -151,9 +152,11 @@ def test_a_moved_start_keeps_clear():
         here, others = env.poses.pop("observer"), [pose for name, pose in env.poses.items() if name != "observer"]
         assert min(gap_to_robot(here, pose)[0] for pose in others) > 0.9 * CLEARANCE
         assert gap_to_arena(here)[0] > 0.9 * CLEARANCE and not info["touched"]
-        wanted = math.hypot(info["randomised"]["ahead_cm"], info["randomised"]["left_cm"])
-        ways.append(math.hypot(info["x_cm"] - was["x_cm"], info["y_cm"] - was["y_cm"]) / wanted)
-        assert 0.0 <= ways[-1] < 1.001
+        wanted = complex(info["randomised"]["ahead_cm"], info["randomised"]["left_cm"])
+        turned = wanted * cmath.exp(1j * math.radians(was["heading_deg"]))
+        share = complex(info["x_cm"] - was["x_cm"], info["y_cm"] - was["y_cm"]) / turned
+        ways.append(share.real)
+        assert -1e-3 < share.real < 1.001 and abs(share.imag) < 1e-3
     assert max(ways) == pytest.approx(1.0, abs=1e-3), "nobody was moved all the way"
     env.close()
     plain.close()
