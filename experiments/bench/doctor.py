@@ -38,8 +38,10 @@ def packages() -> Iterator[Finding]:
         asked = [one for one in needed if one.marker is None or one.marker.evaluate({"extra": extra})]
         wrong = ", ".join(f"{one.name}{one.specifier}" for one in asked if not _installed(one))
         state = "ok" if not wrong else "optional" if extra else "missing"
-        package = f"{PROJECT}[{extra}]" if extra else f"{PROJECT} {importlib.metadata.version(PROJECT)}"
-        yield state, f"extra [{extra}]" if extra else "packages", f"lacks {wrong}" if wrong else package
+        package = f"{PROJECT}[{extra}]" if extra else PROJECT
+        there = package if extra else f"{PROJECT} {importlib.metadata.version(PROJECT)}"
+        remedy = f"lacks {wrong}: pip install '{package}'"
+        yield state, f"extra [{extra}]" if extra else "packages", remedy if wrong else there
 
 
 def _installed(needed: Requirement) -> bool:

@@ -5,6 +5,7 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -45,7 +46,7 @@ def budget(assignments: options.Assignments = None) -> int:
     Bytes are those of the linked program. Instructions are those of the worst frame of clips with noise, flicker and
     motion.
 
-    colias firmware budget --set dsnn-onboard.n_con=8 --set chip.ring_frames=2
+    colias firmware budget --set dsnn-onboard.lamina_bits=16 --set chip.ring_frames=2
     """
     import polars as pl
 
@@ -88,12 +89,15 @@ def export(
 
     There is a program that measures itself on a board too; colias firmware decode reads what it sends.
     """
-    from experiments.bench.report.terminal import show_places
+    from experiments.bench.report.terminal import error_console, show_places
     from experiments.bench.robot_side import export as exporting
+    from experiments.bench.robot_side import firmware
 
     options.check_new(folder)
     program = _program(assignments)
     exporting.export(program, folder, assignments or ())
+    if program[1].clock_mhz != firmware.ChipSettings().clock_mhz:
+        error_console.print("note: board_stm32.c sets a clock of 180 MHz: set yours at PLACE of the clock in it")
     show_places({"export": folder, "page": folder / "README.md"})
     return 0
 
@@ -116,8 +120,15 @@ def decode(
     out.mkdir(parents=True, exist_ok=True)
     logs.log_of(frames, board).write_csv(out / "log.csv")
     frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
-    missing = board["trials"] * board["frames"] - frames.height if "trials" in board else 0
-    out_console.print(f"{frames.height} frames; {count(damaged, 'damaged line')}, {count(missing, 'missing frame')}")
+    sent = product(range(board.get("trials", 0)), range(board.get("frames", 0)))
+    missing = sorted({*sent} - {*frames.select("trial", "frame").iter_rows()})
+    out_console.print(
+        f"{frames.height} frames; {count(damaged, 'damaged line')}, {count(len(missing), 'missing frame')}"
+    )
+    for trial, frame in missing[:10]:
+        out_console.print(f"missing: frame {frame} of trial {trial}")
+    if missing:
+        out_console.print("run the program once more, append what it sends to this file, and decode it again")
     out_console.print("most cycles:", frames["cycles"].max())
     show_places({"log": out / "log.csv", "cycles": out / "cycles.csv"})
     return options.EXIT_FAILED if missing or not frames.height else 0
@@ -161,14 +172,19 @@ def import_log(
     """
     from experiments.bench import registry
     from experiments.bench.cli import tables
+    from experiments.bench.report.terminal import count, error_console, out_console
     from experiments.bench.robot_side import logs
 
     declared = registry.load(experiment)
     folder = options.results_folder(out, f"{declared.name}-measured")
     trials = logs.plan(declared, log, frames, ran or (), model or (), assignments or ())
+    for note in filter(None, (logs.lacking(trial)[1] for trial in trials.specs)):
+        error_console.print(f"note: {note}")
     report = logs.run(trials, folder, quiet=quiet)
     if not quiet:
         tables.show(report)
+        if number := report.description["measured"]["lacking_frames"]:
+            out_console.print(f"beware: the log lacks {count(number, 'frame')}", style="red")
     return options.EXIT_FAILED if report.failures.height else 0
 
 

@@ -26,6 +26,7 @@ from colias_sim.config import CameraConfig
 from dsnn import MODELS, Response
 from dsnn.pictures import read_picture
 from experiments.bench.report.recordings import Images, pictures, write_pictures
+from experiments.bench.report.terminal import count
 from experiments.bench.result import Run
 from experiments.bench.robot_side.firmware import MODEL
 from experiments.bench.robot_side.qemu import Q15
@@ -315,6 +316,8 @@ MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({of_rows.COLUMN: str})
 SHOWN_FRAMES = "@frames"
 """Ends the label of a model that is shown the frames, where the robot's own has that name."""
 LOG, FRAMES = "log.csv", "frames"
+SHOWN_GAPS = 3
+"""Gaps in the frames of a trial that a note names."""
 LEAST_FPS = 0.5
 """Slowest rate of a log's frames, 1/s: below, ``time_s`` is in another unit than seconds."""
 
@@ -384,13 +387,26 @@ def plan(
         repeats[condition] += 1
     settings = dataclasses.replace(settings, models=(*playing.values(), *shown))
     source = {"provenance": "; ".join(dict.fromkeys(origin for trial in trials for origin in trial.origins.values())),
-              "log": str(path), "sha256": sha256(path), "frames": str(frames) if frames else None}  # fmt: skip
+              "log": str(path), "sha256": sha256(path), "frames": str(frames) if frames else None,
+              "lacking_frames": sum(lacking(trial)[0] for trial in trials)}  # fmt: skip
     whole = batch(chosen, settings, max(repeats.values()), 0, experiment.design)
     return Batch(
         name=whole.name, specs=trials, work=play_trial,
         description={**whole.description, "kind": "measured", "trials": len(trials), "measured": source},
         schemas=(MEASURED_SCHEMA, FRAME_SCHEMA), parameters=whole.parameters,
     )  # fmt: skip
+
+
+def lacking(trial: LogTrial) -> tuple[int, str]:
+    """Return how many frames a log lacks inside a trial, by their times, and a note of them or a blank."""
+    times = trial.shown[TIME].to_numpy()
+    lost = np.rint(np.diff(times) * trial.fps).astype(int) - 1  # -1 where a late time stamp is made up for
+    gaps = [f"from {times[i]:.2f} s to {times[i + 1]:.2f} s" for i in np.flatnonzero(lost > 0)]
+    if (number := int(lost.sum())) <= 0:
+        return 0, ""
+    where = ", ".join([*gaps[:SHOWN_GAPS], *(["..."] if len(gaps) > SHOWN_GAPS else [])])
+    return number, (f"trial {trial.index} lacks {count(number, 'frame')} at {trial.fps:.3g} frames/s ({where}):"
+                    " spikes of these frames are not counted")  # fmt: skip
 
 
 def _check(path: Path, trial: LogTrial) -> None:
@@ -401,7 +417,8 @@ def _check(path: Path, trial: LogTrial) -> None:
         folder = trial_folder(trial.frames, trial.index)
         found, wanted = len(pictures_in(folder)), trial.shown.height
         if found != wanted:
-            raise UsageError(f"{folder} must have {wanted} pictures, one for each frame of the log, got {found}")
+            raise UsageError(f"{folder} must have {wanted} pictures, one for each frame of the log, got {found}: leave"
+                             f" out this trial, or what has no row or no picture. {lacking(trial)[1]}")  # fmt: skip
 
 
 def play_trial(trial: LogTrial) -> of_rows.TrialRecord:

@@ -147,6 +147,17 @@ def test_a_log_knows_its_own_rate_and_its_unit_of_time(tmp_path):
         imported(written(tmp_path / "log.csv", rate=0.03), tmp_path / "other")
 
 
+def test_rows_that_were_removed_are_noticed(tmp_path):
+    """Each inside a trial is; a whole log is not, whatever its rate, nor one whose time stamps come late."""
+    whole = pl.read_csv(written(tmp_path / "log.csv", rate=25.0))
+    late = whole.with_columns(pl.col("time_s") + pl.when(pl.int_range(pl.len()) % 10 == 3).then(0.03).otherwise(0.0))
+    inside = pl.int_range(pl.len()).is_in([5, 9, 10, 11, 2 * FRAMES + 7])
+    for name, log, number in (("whole", whole, 0), ("late", late, 0), ("shorter", whole.filter(~inside), 5)):
+        log.write_csv(tmp_path / f"{name}.csv")
+        run = imported(tmp_path / f"{name}.csv", tmp_path / name)
+        assert run.description["measured"]["lacking_frames"] == number
+
+
 def test_time_in_view_goes_by_the_log_s_own_times(simulated, tmp_path):
     assert colias("firmware", "log", simulated.folder, "--out", tmp_path / "robot") == 0
     log = pl.read_csv(tmp_path / "robot" / "log.csv").with_columns(pl.col("time_s") * 2)
