@@ -11,14 +11,14 @@ import pytest
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
 from experiments.bench import leaderboard as board
-from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES
+from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES, alarm_count, median_interval
 from experiments.bench.report import scoreboard
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.runs import Resources
 from experiments.bench.sources.experiment import Translation
 from experiments.bench.sources.judge import SIGNED
-from experiments.bench.stats.tests import alarm_count, first_alarm_s, median_interval
+from experiments.bench.stats.tests import first_alarm_s
 from experiments.claims.clips import answer
 from tests.helpers import user_files
 

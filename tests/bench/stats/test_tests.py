@@ -9,12 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
+from experiments.bench.leaderboard import area_under_roc, effective_number
 from experiments.bench.stats.tests import (
     LEVEL,
     PERMUTATIONS,
-    area_under_roc,
     contrast,
-    effective_number,
     holm,
     paired,
     proportion_interval,
