@@ -15,7 +15,7 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_aren
 from experiments.bench.result import Run, load, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
-from experiments.bench.run.errors import UsageError, explain
+from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
@@ -179,7 +179,7 @@ def both_eyes(settings: Settings) -> Settings:
         eye = camera(settings, TRUE)
     except ValidationError as error:
         raise UsageError(
-            f"--eyes both: the camera of preset {TRUE} cannot have the set size or rate: {explain(error)}"
+            f"--eyes both: the camera of preset {TRUE} cannot have the set size or rate: {error.errors()[0]['msg']}"
         ) from None
     if eye == settings.camera:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")

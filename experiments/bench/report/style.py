@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import re
 import textwrap
@@ -20,9 +21,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
-from experiments.bench.run.files import replacing
+from experiments.bench.run import provenance
+from experiments.bench.run.files import NAME, replacing
 from experiments.bench.run.parameters import in_words
-from experiments.bench.run.provenance import drawn_from
 from experiments.bench.stats.tests import summarise
 
 WIDTH, PAGE = 7.16, 11.0
@@ -271,3 +272,15 @@ def in_title(parameters: Mapping[str, Any]) -> str:
     named = in_words(dict(list(parameters.items())[:MOST_NAMED]))
     more = f" and {len(parameters) - MOST_NAMED} more" if len(parameters) > MOST_NAMED else ""
     return f"; set: {named}{more}" if parameters else ""
+
+
+def drawn_from(folder: Path) -> str:
+    """Return the code and the commit that computed the run in a folder, for the figures there.
+
+    For a run of runs, the code of its first part. Empty where there is no run.
+    """
+    for place in (folder / NAME, *sorted(folder.glob(f"*/{NAME}"))):
+        described = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
+        if "source" in described:
+            return f"code {described['code']}, commit {provenance.commit(described['source']) or 'unknown'}"
+    return ""

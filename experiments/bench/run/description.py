@@ -103,9 +103,8 @@ def resumed(folder: Path, description: Mapping[str, Any], *, complete: bool = Fa
     differing = [f"{name} is {_short(before)} there and {_short(after)} now"
                  for name, before, after in differences(there, here)]  # fmt: skip
     if differing:
-        more = f"; {len(differing) - MOST_NAMED} more differ" if len(differing) > MOST_NAMED else ""
-        raise UsageError(f"{folder}: {'; '.join(differing[:MOST_NAMED])}{more}: use the first command's options, or"
-                         " choose another --out")  # fmt: skip
+        first = "; ".join(differing[:MOST_NAMED])
+        raise UsageError(f"{folder}: {first}: use the first command's options, or choose another --out")
     if "source" in here and not complete and (changed := provenance.difference(there, here)):
         raise UsageError(f"{folder}: {changed} since its first trials were computed; choose another --out")
     return there

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from pydantic import ValidationError
-
 
 class UsageError(ValueError):
     """A wrong use, in one line: the value given, its bounds, and the option or file that has it.
@@ -34,26 +32,10 @@ def check_name(what: str, name: object) -> None:
         raise ValueError(f"{what} {short(name)}: a name must be up to 60 letters, digits, ., - and _")
 
 
-def explain(error: ValidationError) -> str:
-    """Return the first problem of a failed validation in one line: object, attribute, value, bound.
-
-    A name that there is not comes first: the one it was meant for is then missing too.
-    """
-    problem = min(error.errors(), key=lambda entry: entry["type"] != "unexpected_keyword_argument")
-    where = ".".join([error.title, *(str(part) for part in problem["loc"])])
-    if problem["type"] == "missing" or problem["type"] == "missing_argument":
-        return f"{where} must be given"
-    if problem["type"].startswith("value_error"):
-        return f"{where}={short(problem['input'])}: {problem['msg'].removeprefix('Value error, ')}"
-    must = problem["msg"].removeprefix("Input should be ")
-    return f"{where} must be {must[0].lower()}{must[1:]}, got {short(problem['input'])}"
-
-
 def check_declared(kind: str, name: Any, repeats: Any) -> None:
     """Raise ``ValueError`` for a name or repeats that an experiment cannot have."""
-    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", name):
-        raise ValueError(f"{kind} {short(name)}: its name must be letters, digits, - and _")
-    if not isinstance(repeats, int) or isinstance(repeats, bool) or repeats < 1:
+    check_name(kind, name)
+    if not isinstance(repeats, int) or repeats < 1:
         raise ValueError(f"{kind} {name}: repeats must be a whole number of 1 or more, got {short(repeats)}")
 
 
@@ -61,10 +43,3 @@ def short(value: Any) -> str:
     """Return the beginning of a value in one line, enough to find it by."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:77]}..."
-
-
-def plain(value: Any) -> Any:
-    """Return a text or number of a user's own subclass as a plain one: workers cannot unpickle an enum's member."""
-    if isinstance(value, str):
-        return str.__str__(value)
-    return float(value) if isinstance(value, float) else value

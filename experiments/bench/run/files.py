@@ -6,8 +6,8 @@ import contextlib
 import dataclasses
 import datetime
 import json
-import threading
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -16,24 +16,15 @@ import polars as pl
 from dsnn.stimuli import StimulusEntry
 from experiments.bench.stats.claim import Claim
 
-NAME, TABLE = "run.json", "trials.parquet"
-"""Files of a run: its description, and the table of its trials."""
-
-_naming = threading.Lock()
-_given: set[Path] = set()
-"""Folders that this process has named; another thread may not have made its own yet."""
+NAME = "run.json"
+"""The file that describes a run."""
 
 
 def new_folder(name: str) -> Path:
     """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
     first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
-    path, number = first, 1
-    with _naming:
-        while path.exists() or path.absolute() in _given:  # of another run begun in the same second
-            number += 1
-            path = first.with_name(f"{first.name}-{number}")
-        _given.add(path.absolute())
-    return path
+    further = (first.with_name(f"{first.name}-{number}") for number in count(2))  # of a run begun in the same second
+    return next(path for path in chain([first], further) if not path.exists())
 
 
 def part(place: Path, ending: str = "") -> Path:

@@ -38,11 +38,6 @@ class ConfiguredModel:
     """Its section of ``--set``."""
 
     @property
-    def values(self) -> Mapping[str, str]:
-        """The settings that it was typed with, name -> text."""
-        return ask(self.text)[1]
-
-    @property
     def channels(self) -> tuple[str, ...]:
         """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
         return self.declared.channels
@@ -161,11 +156,8 @@ def family(name: str, kind: type | None = None) -> str:
     return first if known is not None and kind in (None, known) else name_itself
 
 
-LEFT_OUT = ("dsnn-reference",)
-"""The slow form of the DSNN, for tests alone."""
-
-COMPARED = tuple(name for name in MODELS if name not in LEFT_OUT)
-"""The models that commands show which compare models."""
+COMPARED = tuple(name for name in MODELS if name != "dsnn-reference")
+"""The models that commands show which compare models: all but the slow form of the DSNN, which is for tests."""
 
 PRESET = "preset"
 """``SECTION.preset=NAME`` sets several parameters at once: to one of the ``presets()`` of their class."""

@@ -16,7 +16,6 @@ from typing import Any
 
 from dsnn import forms
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import NAME
 from experiments.bench.run.user_code import digests, is_own, is_users, package_folders, sha256
 from experiments.bench.stats.claim import Claim
 
@@ -192,15 +191,3 @@ def commit(source: Mapping[str, Any]) -> str | None:
     """Return the commit of a state of the source, for people; ``None`` where it is of none."""
     name = source.get("commit")
     return f"{str(name)[:12]}{' with changes' if source.get('dirty') else ''}" if name else None
-
-
-def drawn_from(folder: Path) -> str:
-    """Return the code and the commit that computed the run in a folder, for the figures there.
-
-    For a run of runs, the code of its first part. Empty where there is no run.
-    """
-    for place in (folder / NAME, *sorted(folder.glob(f"*/{NAME}"))):
-        described = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
-        if "source" in described:
-            return f"code {described['code']}, commit {commit(described['source']) or 'unknown'}"
-    return ""

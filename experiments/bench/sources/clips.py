@@ -14,7 +14,7 @@ import polars as pl
 
 from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, StimulusFrame, Truth, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
-from experiments.bench.run.errors import UsageError, check_declared, plain
+from experiments.bench.run.errors import UsageError, check_declared
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
@@ -511,3 +511,10 @@ def pixels(trial: Trial) -> float:
     """Return how many pixels a trial shows, by which its time is estimated."""
     source = trial.condition.open(0)
     return float(len(source) * source.shape[0] * source.shape[1])
+
+
+def plain(value: Any) -> Any:
+    """Return a text or number of a user's own subclass as a plain one: workers cannot unpickle an enum's member."""
+    if isinstance(value, str):
+        return str.__str__(value)
+    return float(value) if isinstance(value, float) else value
