@@ -72,6 +72,14 @@ def test_lines_of_curves_are_means_of_responses():
     assert sorted(values for _, *values in lines(drawn(PEAKS, trials))) == sorted(map(list, curves))
 
 
+@pytest.mark.parametrize(("unit", "speeds"), [("px/s", (-30.0, 60.0)), ("px/frame", (-1.0, 2.0))])
+def test_a_background_s_speed_is_in_px_a_frame_whatever_its_unit(unit, speeds):
+    """At 30 frames/s."""
+    trials = clip_trials(["dsnn"], [{"speed_unit": unit, "background_speed": speed} for speed in speeds])
+    (axes,) = drawn(ClipFigure("background"), trials).axes
+    assert [1.0, 2.0] in [list(line.get_xdata()) for line in axes.lines if not line.get_label().startswith("_")]
+
+
 def test_ranges_reach_from_the_smallest_to_the_largest_response():
     trials = clip_trials(MODELS, [*SPEEDS, {"object": "absent"}], 2)
     (axes,) = drawn(ClipFigure("ranges"), trials).axes

@@ -11,6 +11,7 @@ import numpy as np
 from rerun.chunk import RrdReader
 
 from colias_sim import SceneConfig
+from colias_sim.obstacles import Obstacle
 from dsnn import MODELS, Response, ResponseSeries
 from experiments.bench.report.palette import colours
 from experiments.bench.report.video import model_part
@@ -20,6 +21,7 @@ from experiments.bench.run.record import (
     Frames,
     Model,
     model_entity,
+    outlines,
     rgb,
     write,
 )
@@ -83,11 +85,14 @@ def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_a
         assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
 
 
-def test_a_robot_has_its_size_in_cm(tmp_path):
+def test_a_robot_and_an_obstacle_have_their_sizes_in_cm(tmp_path):
     shell = SceneConfig(shell_width_cm=6.0, shell_height_cm=4.5)
-    content = Content(CONTENT.models[:1], scene=shell, robots=(("stimulus", "colias_black"),))
-    held = columns(written(tmp_path / "a.rrd", content), static=True)["/world/stimulus"]
-    np.testing.assert_allclose([held["radii"], held["lengths"]], [[[3.0]], [[4.5]]], rtol=1e-6)
+    block = outlines([Obstacle("block", np.array([[0.1, 0.0], [0.2, 0.0], [0.2, 0.1]]), 0.04)])
+    content = Content(CONTENT.models[:1], scene=shell, robots=(("stimulus", "colias_black"),), obstacles=block)
+    held = columns(written(tmp_path / "a.rrd", content), static=True)
+    robot, edges = held["/world/stimulus"], np.array(held["/world/arena/obstacles"]["strips"][0])
+    np.testing.assert_allclose([robot["radii"], robot["lengths"]], [[[3.0]], [[4.5]]], rtol=1e-6)
+    np.testing.assert_allclose(edges.max(axis=(0, 1)), [20.0, 10.0, 4.0], rtol=1e-6)
 
 
 def test_a_saved_layout_is_opened_with_and_is_not_put_over_a_reader_s_own(tmp_path):
