@@ -108,3 +108,11 @@ def test_robots_stop_before_the_wall_and_before_each_other():
     assert 0.35 < (stimulus.x**2 + stimulus.y**2) ** 0.5 < 0.45
     session.begin(START)
     assert session.number == 0 and session.poses["stimulus"].y == pytest.approx(0.11)
+
+
+def test_a_visit_says_how_far_how_fast_and_which_way():
+    """Four cm and three cm apart are five; twice as long at 2 as at 5 cm/s is 3 on average."""
+    commands = ((0, "stimulus", -2.0, 0.0), (20, "stimulus", 5.0, 3.0), (25, "observer", 9.0, 0.0))
+    hand = Hand(30, (5.0, 2.0, 90.0), (1.0, -1.0, 0.0), commands)
+    (condition,) = visit(hand).conditions()
+    assert (condition.distance_cm, condition.speed_cm_s, condition.direction) == (5.0, 3.0, "rightward")
