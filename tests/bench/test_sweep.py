@@ -85,7 +85,7 @@ def counts_of(result):
 
 def test_all_together_is_counted_by_replicate():
     """A claim that breaks in the first replicate and another that breaks in the second leave none that is whole."""
-    plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), replicates=2, repeats=5)
+    plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13", "C14"), seed=7, replicates=2, repeats=5)
 
     def spikes(spec, label):
         replicate, depth = spec.repeat // 5, spec.condition.motion != "translation"
@@ -93,7 +93,9 @@ def test_all_together_is_counted_by_replicate():
             return int(not depth)  # as the paper has it
         return 1 if replicate == 0 else int(spec.condition.direction == "rightward")  # in depth too; then none leftward
 
-    counts = counts_of(judged(plan, spikes))
+    result = judged(plan, spikes)
+    assert set(result.table.select("replicate", "seed").rows()) == {(0, 7), (1, 8)}
+    counts = counts_of(result)
     assert [counts[0.2, claim]["holds"] for claim in ("C13", "C14", TOGETHER)] == [1, 1, 0]
     assert [counts[0.3, claim]["holds"] for claim in ("C13", "C14", TOGETHER)] == [2, 2, 2]
     assert counts[0.3, "C13"]["low"] == pytest.approx(0.05**0.5 / 2**0.5, abs=0.01)  # Clopper-Pearson, 2 of 2

@@ -93,7 +93,8 @@ def test_observer_and_movers_take_their_paths():
     assert columns.observer_heading_deg[-1] == pytest.approx(20.0, abs=0.5)
     assert (columns.observer_x_cm[-1], columns.observer_y_cm[-1]) == pytest.approx(end, abs=0.1)
     pictures = [result.media.images[""][0].astype(int) for result in (with_mover, without)]
-    assert with_mover.trial.condition.observer_speed_cm_s == 2.0
+    condition = with_mover.trial.condition
+    assert (condition.observer_speed_cm_s, condition.observer_turn_deg_s) == (2.0, 10.0)
     assert (pictures[0] - pictures[1]).min() < -20, "the mover is in the picture"
 
 
