@@ -59,6 +59,13 @@ def test_a_title_orders_no_means_whose_intervals_overlap(seed):
             assert (level in inside) != apart
 
 
+def test_a_leftward_potential_is_as_large_as_its_mirror_image():
+    rows = robot_rows(["dsnn"], SPEEDS, 1)
+    mirrored = [{**row, "peak_hs": -row["trough_hs"], "trough_hs": -row["peak_hs"]} for row in rows]
+    there, back = (robot.prepared(of, None, SPEED)["peak"].to_list() for of in (rows, mirrored))
+    assert there == back == [row["peak_hs"] for row in rows]
+
+
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_title_finds_nothing_where_there_are_no_intervals(count):
     """Neither an order, nor in how many models."""

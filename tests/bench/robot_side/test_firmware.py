@@ -71,6 +71,13 @@ def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_k
     assert (row["states"], row["ring"]) == (195_464, 3 * 2 * 99 * 72)
 
 
+def test_a_budget_is_of_the_frame_that_takes_longest():
+    program = firmware.program(SMALL)
+    with firmware.emulated(program) as (running, _):
+        whole = firmware.counts(running, (24, 33), 6)["whole"]
+    assert firmware.measure(program, 6)["whole"] == whole.max() > whole.min()
+
+
 def test_a_budget_says_which_memory_is_too_small_and_by_how_much():
     network, settings = firmware.program(SMALL)
     row = firmware.measure((network, settings), 1)
