@@ -70,6 +70,12 @@ def test_an_edge_leans_by_row_time_times_speed():
     assert measured == pytest.approx(wanted, rel=0.05)
 
 
+def test_a_row_is_read_as_many_steps_before_the_last_as_it_is_above_it():
+    steps = steps_per_frame(ROLLING.fps)
+    read = {render.top: render.step for render in plan_frame(ROLLING, steps, 0.0, 0).renders}
+    assert read == {row: steps - (71 - row) for row in range(72)}
+
+
 def test_each_band_is_exposed_in_its_own_window():
     """The mean moment of a band is the middle of its window, to half a physics step; the window has the exposure."""
     camera = dataclasses.replace(CameraConfig.preset("ov7670"), auto_exposure=False, exposure_ms=16.0)
