@@ -140,7 +140,7 @@ def escape(model: str, name: str = "") -> Behaviour:
         The name is invalid.
     """
     called = name or f"escape-{Path(model).stem}"
-    return Behaviour(called, f"{model} alone: a looming spike turns it to either side", AVOIDANCE, lgmd, model=model)
+    return Behaviour(called, f"{model} alone: a looming spike turns it to a random side", AVOIDANCE, lgmd, model=model)
 
 
 # What they are held against.
@@ -222,7 +222,7 @@ _ENTRIES = (
               lambda rng: ProportionalIntegral(lambda seen: seen.azimuth, *FIXATION_GAINS)),
     Behaviour.reflex("pursuit", "turns towards what moves, drives after it, stands back from looming", PURSUIT,
                      pursuit),
-    Behaviour("lgmd", "LGMD1 alone, as published: a looming spike turns it to either side", AVOIDANCE, lgmd,
+    Behaviour("lgmd", "LGMD1 alone, as published: a looming spike turns it to a random side", AVOIDANCE, lgmd,
               model="lgmd1"),
     Behaviour("lgmd-hybrid", "the hybrid without direction: a side by chance, for as long as it looms", AVOIDANCE,
               lambda rng: Saccades(by_chance(rng))),
@@ -234,10 +234,10 @@ _ENTRIES = (
               lambda rng: Saccades(lambda seen: -1.0 if seen.azimuth > 0.0 else 1.0)),
     *ESCAPES,
     Behaviour("still", "does nothing", OPTOMOTOR, lambda rng: lambda state: (0.0, 0.0), senses="state"),
-    Behaviour("random", "every frame other wheel speeds, of all there are", OPTOMOTOR, random, senses="state"),
+    Behaviour("random", "draws new wheel speeds every frame, from the whole range", OPTOMOTOR, random, senses="state"),
     Behaviour("straight", "drives ahead", AVOIDANCE, lambda rng: lambda state: (AHEAD, AHEAD), senses="state"),
     Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),
-    Behaviour("oracle-heading", "privileged: turns against the true disturbance", OPTOMOTOR,
+    Behaviour("oracle-heading", "privileged: cancels the true disturbance", OPTOMOTOR,
               lambda rng: Oracle(lambda state: state.drift / FULL_TURN, lambda state: state.slip / FULL_TURN, 6.0),
               senses="state"),
     Behaviour("oracle-target", "privileged: turns to the true bearing", FIXATION,

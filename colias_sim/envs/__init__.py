@@ -67,8 +67,9 @@ The reward is the sum of the env's terms and of `touch`, which is -10 when the h
 
 `info` has the reward's terms as `reward_...`, the observer's pose as `x_cm`, `y_cm` and `heading_deg`, `driven_cm` (the
 distance driven in this step), `turn_deg_s` (the turn rate), `slip_deg_s` (the turn rate relative to the wall),
-`drift_deg_s` (the rate at which the disturbance alone would turn the view) and `touched`. With `randomise` or options
-of a reset, the info of a reset has `randomised`, a dict of the values drawn or given.
+`drift_deg_s` (the slip that the disturbance alone would cause) and `touched`. The three rates are left positive, so a
+drum that turns to the right causes a positive drift. With `randomise` or options of a reset, the info of a reset has
+`randomised`, a dict of the values drawn or given.
 
 ## Randomisation
 
@@ -83,10 +84,10 @@ name of a preset is short for a mapping, and `{"preset": NAME, ...}` adds to it.
 is refused: `ae_target` needs a camera with `auto_exposure`.
 
 `reset(options={"light": 0.5, "tilt": (3, -2)})` sets these factors for one episode; a factor with two draws takes two
-values. It replaces the draw of `randomise`, and changes no other draw. `options={"poses": {"observer": (x_cm, y_cm,
-heading_deg)}}` gives start poses, up to 42 cm from the arena's middle and 5 cm apart. Another robot that the seed puts
-within 5 cm of a given pose is drawn again. Scripted robots drive to their usual paths from the given pose.
-`row_time_us` above 0 needs a camera that was made with a rolling shutter.
+values. A value given replaces the one that `randomise` would draw; all other draws stay the same.
+`options={"poses": {"observer": (x_cm, y_cm, heading_deg)}}` gives start poses, up to 42 cm from the arena's middle and
+5 cm apart. Another robot that the seed puts within 5 cm of a given pose is drawn again. Scripted robots drive to their
+usual paths from the given pose. `row_time_us` above 0 needs a camera that was made with a rolling shutter.
 """
 
 from __future__ import annotations

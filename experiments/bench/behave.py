@@ -240,7 +240,7 @@ def score(
     seed
         Seed of the first episode, 0 or more.
     env
-        ``Avoidance``, say, or an env's whole id; otherwise the behaviour's own.
+        One of the four, as ``Avoidance`` or by its whole id; otherwise the behaviour's own.
     quiet
         Whether to show no progress.
     **options

@@ -249,9 +249,12 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Ru
 
 
 def require_training() -> None:
-    """Load what a training needs; ``ImportError`` without the extra, `GLUnavailable` where nothing can be drawn."""
-    importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
-    importlib.import_module("stable_baselines3")
+    """Load what a training needs; `UsageError` without the extra, `GLUnavailable` where nothing can be drawn."""
+    try:
+        importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
+        importlib.import_module("stable_baselines3")
+    except ModuleNotFoundError as error:
+        raise UsageError(f"{error}: pip install 'colias-sim[train]', or make train") from error
     reference_hash()
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import sys
 
 import numpy as np
 import polars as pl
@@ -174,6 +175,13 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
     for other in ({"steps": 5000}, {"envs": 4}, {"assignments": ["camera=ov7670"]}, {"seeds": 4}):
         with pytest.raises(UsageError, match="choose another"):
             train.run(asked(**other), tmp_path, Resources(0, quiet=True))
+
+
+def test_a_training_without_the_extra_is_a_wrong_use(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    monkeypatch.setitem(sys.modules, "torch._dynamo", None)
+    with pytest.raises(UsageError):
+        train.run(asked(), tmp_path, Resources(0, quiet=True))
 
 
 # --- with the extra ---------------------------------------------------------------------------------------------------

@@ -49,7 +49,7 @@ class Behaviour:
     summary
         A line for ``colias list``.
     env
-        The env that it was written for: ``Avoidance``, say.
+        The env that it was written for, one of the four: ``Avoidance``, say.
     make
         Builds one episode's policy: a function of what is sensed that returns the wheels' speeds, left and right, as
         shares of the maximum, once a frame. ``make`` gets the episode's random generator.
@@ -64,7 +64,7 @@ class Behaviour:
     Raises
     ------
     ValueError
-        The name is not legal.
+        The name or the senses are not legal.
 
     Examples
     --------
@@ -82,6 +82,8 @@ class Behaviour:
 
     def __post_init__(self) -> None:
         check_name("behaviour", self.name)
+        if self.senses not in ("neural", "state"):
+            raise UsageError(f"senses must be 'neural' or 'state', got {short(self.senses)}")
 
     @classmethod
     def reflex(cls, name: str, summary: str, env: str, reflex: Callable[[Response], Wheels]) -> Behaviour:
