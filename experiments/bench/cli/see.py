@@ -38,6 +38,8 @@ def view(
     """
     from experiments.bench.report import viewer
     from experiments.bench.report.recordings import recording, recordings_in
+    from experiments.bench.report.terminal import out_console
+    from experiments.bench.report.video import read
     from experiments.bench.run import interrupts
     from experiments.bench.run.errors import UsageError
     from scenes import ARENA_ENDINGS, ARENAS
@@ -56,6 +58,8 @@ def view(
         if screenshot is None:
             return viewer.show(files, web=web)
         viewer.screenshot(files[0], screenshot)
+    if source.is_dir() and trial is None:
+        out_console.print(f"{files[0].stem}: {read(files[0]).name}; --trial N for another")
     return 0
 
 

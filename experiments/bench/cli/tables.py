@@ -7,13 +7,13 @@ import polars as pl
 from experiments.bench.report import terminal
 from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
 from experiments.bench.result import Run, whole_networks
-from experiments.bench.run.rows import PEAKS
+from experiments.bench.run.rows import PEAKS, RESPONSES
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import flaws
 from experiments.bench.sources.trial_rows import varying
 
 SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "peak_hs": ("mean",),
-         "peak_looming": ("mean",)}  # fmt: skip
+         "trough_hs": ("mean",), "peak_looming": ("mean",)}  # fmt: skip
 """Quantities that the table of a run has, as far as its models have them -> their columns of the summary."""
 
 
@@ -42,6 +42,11 @@ def show(run: Run) -> None:
     show_verdicts(run.verdicts, model=named, provenance=run.provenance if run.kind == "measured" else "")
     for model in sorted(models):
         seen = [row for row in rows if row["model"] == model]
+        if (own := model.removesuffix("@frames")) in models - {model}:
+            robot, shown = (run.frames.filter(model=name) for name in (own, model))
+            logged = [name for name in RESPONSES if not robot[name].has_nulls()]
+            equal = robot.join(shown, on=["trial", "frame", *logged]).height
+            out_console.print(f"{own}, {model}: {equal} of {robot.height} frames have equal responses")
         if not any(row[end] for row in seen for end in PEAKS):
             greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
             range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""

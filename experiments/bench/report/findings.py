@@ -67,7 +67,7 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], along: str,
     summaries, count = [summarise(values) for values in samples], len(levels)
     exact = [len(values) < LEAST_FOR_INTERVAL for values in samples]
     if count == 1:
-        between = "" if exact[0] else ", with 95 % interval {0.ci_low:.3g} to {0.ci_high:.3g}"
+        between = "" if exact[0] else " [{0.ci_low:.3g}, {0.ci_high:.3g}]"
         return f"is {{0.mean:.3g}}{between}".format(*summaries)
     if not any(map(any, samples)):
         return "is 0 throughout"
@@ -86,8 +86,12 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], along: str,
     return f"is {' and '.join(ends)}" if ends else "shows no clear order"
 
 
-def finding(noun: str, curves: Iterable[Curve], along: str, of: str = "", things: str = "models") -> str:
+def finding(
+    noun: str, curves: Iterable[Curve], along: str, of: str = "", things: str = "models", names: Sequence[str] = (),
+) -> str:  # fmt: skip
     """Return the commonest `order` among curves and how many have it; then those that rise or fall too.
+
+    Of two or three curves with names that differ, what each of them shows.
 
     Parameters
     ----------
@@ -99,10 +103,15 @@ def finding(noun: str, curves: Iterable[Curve], along: str, of: str = "", things
         As of `order`.
     things
         What has a curve each, in the plural.
+    names
+        Of the curves.
     """
     known = [one for one in curves if one[0]]
     most = max((len(levels) for levels, _ in known), default=0)
     orders = [order(levels, samples, along, of) for levels, samples in known if len(levels) > 1 or most == 1]
+    if 1 < len(orders) == len(names) < 4 and len({*orders}) > 1:
+        told = (f"{name} {text.removeprefix('is ')}" for name, text in zip(names, orders, strict=True))
+        return f"{noun}: {', '.join(told)}"
     (common, so), *others = Counter(orders).most_common() or [("is not known", 0)]
     if len(orders) < 2:
         return f"{noun} {common}"

@@ -31,6 +31,10 @@ PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "
          "angular-recession": "angle_deg"}  # fmt: skip
 """The paper's systematic tests of the robot, and what each varies."""
 DASHES: Sequence[Any] = ("-", "--", ":", "-.", (0, (6, 2, 1, 2)), (0, (1, 3)))
+MARKERS = "osD^vP"
+"""As many as there are dashes."""
+MOST_TICKS = 6
+"""Most levels of a number that have a tick each."""
 CONDITIONS = 5
 """Most conditions of excitation in a row."""
 BANDS = "Lines: means; bands: their 95 % interval. Below: filled HS, line HS with w_i = 1."
@@ -39,8 +43,9 @@ TIME, BEARING = ("sim_time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of
 SUMS = {"excitation": ("excitation", style.HUES[0]), "weighted_inhibition": ("inhibition", style.HUES[1])}
 HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "residue": ("leftover", style.HUES[3])}
 """Columns of excitation -> their names and colours."""
-POINTS = "Dots: trials; dark: their means."
-INTERVALS = "Dots: trials; dark: means with 95 % intervals. Titles compare only means whose intervals do not overlap."
+POINTS = "Dots: trials; dark: their means; both are set apart sideways."
+INTERVALS = ("Dots: trials; dark: means with 95 % intervals; both are set apart sideways. Titles compare only means"
+             " whose intervals do not overlap.")  # fmt: skip
 TRACES = "Potentials: means; bands: range of the trials; dashes: threshold."
 
 Panel = tuple[str, str, Mapping[str, str]]
@@ -133,7 +138,7 @@ def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str = "", n
     """Write below a figure what was run, n, and what colours, line styles and symbols mean."""
     counts, models = rows.group_by("model", *CONDITION_COLUMNS).len()["len"], style.levels(rows, "model")
     n = " to ".join(dict.fromkeys((str(counts.min()), str(counts.max()))))
-    keys = ["Colours: " + "; line styles: ".join(unit(name)[0] for name in (varies, *_other_columns(rows, varies)))]
+    keys = ["Colours: " + "; lines, markers: ".join(unit(name)[0] for name in (varies, *_other_columns(rows, varies)))]
     run = [*[title] * bool(title), f"{f'{models[0]}, ' * (len(models) == 1)}n = {n} per condition"]
     symbols = INTERVALS if counts.max() >= LEAST_FOR_INTERVAL else POINTS  # type: ignore[operator]
     style.caption(figure, f"{'. '.join([*run, *keys * bool(varies)])}. {symbols} {notes}".rstrip())
@@ -172,11 +177,14 @@ def _potentials(frames: pl.DataFrame) -> dict[str, str]:
 def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> str:
     """Return what the curves of each model and other condition show; of one or two trials each, what is drawn."""
     noun, column = measure[0], next(iter(measure[2]))
-    curves = [findings.curve(of, "level", column) for _, of in style.by(rows.drop_nulls(column), "model", "other")]
-    fewest = min((len(values) for _, samples in curves for values in samples), default=LEAST_FOR_INTERVAL)
+    several = rows["model"].n_unique() > 1
+    curves = {", ".join(filter(None, (model * several, other))): findings.curve(of, "level", column)
+              for (model, other), of in style.by(rows.drop_nulls(column), "model", "other")}  # fmt: skip
+    fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
         return drawn_of(noun, unit(varies)[0], fewest)
-    return findings.finding(noun, curves, *unit(varies), "curves" if rows["other"].n_unique() > 1 else "models")
+    things = "curves" if rows["other"].n_unique() > 1 else "models"
+    return findings.finding(noun, curves.values(), *unit(varies), things, [*curves])
 
 
 def tints(levels: Sequence[Any]) -> dict[Any, Any]:
@@ -210,12 +218,15 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel) -> None:
     for place, (label, (found, samples)) in enumerate(curves):
         at = [places[level] + 0.12 * gap * (place - (len(curves) - 1) / 2) for level in found]
         line = "none" if words else DASHES[place % len(DASHES)]
-        style.means(axes, at, samples, style.INK, label, line=line, gap=gap, dots=[colours[level] for level in found])
-    if len(curves) > 1 and not words:
-        axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0, markerscale=0.0)
+        style.means(axes, at, samples, style.INK, label, line=line, marker=MARKERS[place % len(MARKERS)], gap=gap,
+                    dots=[colours[level] for level in found])  # fmt: skip
+    if len(curves) > 1:
+        axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0)
     if words:
         axes.set_xticks(range(len(levels)), [level_text(level).replace(" ", "\n") for level in levels])
         axes.tick_params(axis="x", labelrotation=90 if len(levels) > 3 else 0)
+    elif len(levels) <= MOST_TICKS:
+        axes.set_xticks(levels, map(level_text, levels))
     axes.margins(x=0.08, y=0.08)
     if shown.min().min_horizontal().item() >= 0.0:
         axes.set_ylim(0.0, 1.08 * axes.dataLim.y1 or 1.0)

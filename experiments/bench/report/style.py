@@ -156,7 +156,7 @@ def intervals(axes: Axes, rows: pl.DataFrame, at: Any, names: Sequence[str], *, 
 
 def means(
     axes: Axes, x: Sequence[float], samples: Sequence[Sequence[float]], colour: str, name: str = "", *,
-    line: Any = "-", gap: float = 0.0, dots: Sequence[Any] = (),
+    line: Any = "-", marker: str = "o", gap: float = 0.0, dots: Sequence[Any] = (),
 ) -> None:  # fmt: skip
     """Draw trials as dots, their means as a line called ``name``, and the 95 % interval of each mean as a whisker.
 
@@ -166,17 +166,18 @@ def means(
         Places along the axis.
     samples
         The values of the trials at each place. Fewer than three have no interval.
-    line, gap
-        Style of the line; the distance between two places, over which dots are spread.
+    line, marker, gap
+        Style of the line and of the means; the distance between two places, over which dots are spread.
     dots
         A colour for the trials of each place; otherwise they are open dots in the line's colour.
     """
     summaries = [summarise(values) for values in samples]
-    axes.plot(x, [summary.mean for summary in summaries], "o", ls=line, lw=1.0, ms=3.0, color=colour,
+    axes.plot(x, [summary.mean for summary in summaries], marker, ls=line, lw=1.0, ms=3.0, color=colour,
               label=name or None, zorder=3)  # fmt: skip
     known = [(place, one.ci_low, one.ci_high) for place, one in zip(x, summaries, strict=True) if one.n >= 3]
     if known:
-        axes.vlines(*zip(*known, strict=True), color=colour, lw=1.2, zorder=3)
+        at, low, high = zip(*known, strict=True)
+        axes.plot([at, at], [low, high], color=colour, lw=1.2, solid_capstyle="butt", zorder=3)  # legends avoid lines
     for index, (place, values) in enumerate(zip(x, samples, strict=True)):
         spread = place + gap * np.linspace(-0.22, 0.22, len(values) + 2)[1:-1]
         look = {"color": dots[index], "mec": "none"} if dots else {"mfc": "none", "mec": colour, "mew": 0.6}

@@ -99,9 +99,9 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
             told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
         label = Text(counted.sentence(), VERDICT_COLOURS[counted.kind])
         out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {told}"))
-    if skipped:
-        names, most = ", ".join(skipped), max(skipped.values())
-        out_console.print(f"{count(len(skipped), 'claim')} skipped ({names}): need --repeats {most} or more")
+    for least in sorted(set(skipped.values())):
+        names, option = ", ".join(name for name in skipped if skipped[name] == least), f" (--repeats {least})"
+        out_console.print(f"skipped, for want of {least} trials of each condition{option * (not provenance)}: {names}")
 
 
 def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:

@@ -112,7 +112,7 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
 def _exposure(films: Sequence[Images]) -> Measured:
     step, steps, certain = calibrate.exposure_loop(films)
     if not certain:
-        return {}, [f"{len(films)} folders leave the exposure's step uncertain; take more, from brighter and darker"]
+        return {}, [f"the exposure's step is uncertain (folders: {len(films)}); take more, from brighter and darker"]
     settings: dict[str, object] = {"auto_exposure": "true", "ae_step": f"{step:.4f}", "ae_steps": steps}
     low, high = calibrate.control_zone(films, step)
     if low is not None and high is not None:

@@ -102,7 +102,8 @@ def _judged(claim: Claim, rows: Rows, threshold: float) -> Outcome:
     chosen = [row for row in rows if _is_about(claim, row)]
     clips_lost = _unanswered(chosen, claim) if claim.on == "clips" else ""
     if without := clips_lost or unreadable(chosen, claim.reads):
-        return Outcome.unjudged(f"of the {things} {without}", n=len(chosen))
+        blind = "_in_" in without and any(is_imported(row) and row["seconds_in_view"] is None for row in chosen)
+        return Outcome.unjudged(f"{'the log has no poses: ' * blind}of the {things} {without}", n=len(chosen))
     return (_on_clips if claim.on == "clips" else _on_robot)(claim, chosen, threshold)
 
 

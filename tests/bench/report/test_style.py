@@ -36,7 +36,7 @@ def test_means_intervals_and_trials_are_those_of_the_values():
     assert list(line.get_ydata()) == [3.0, 1.5, 6.0]
     dots = [list(line.get_ydata()) for line in axes.lines if line.get_markerfacecolor() == "none"]
     assert dots == samples
-    (whisker,) = (segment for bars in axes.collections for segment in bars.get_segments())
+    (whisker,) = (line.get_xydata() for line in axes.lines if line.get_marker() == "None")
     expected = summarise(samples[2])
     assert tuple(whisker[:, 1]) == pytest.approx((expected.ci_low, expected.ci_high)), "and none of fewer than three"
 
