@@ -34,7 +34,7 @@ from experiments.bench.report.page import SIGNS, totals
 from experiments.bench.reproduce import Scale, design, planned
 from experiments.bench.run import provenance
 from experiments.bench.run.description import read_description
-from experiments.bench.run.files import TABLE, read_parquet
+from experiments.bench.run.files import read_parquet
 from experiments.bench.run.provenance import UNREPEATABLE
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import PAPER, claim_ids, words
@@ -87,8 +87,8 @@ def places(root: Path) -> dict[str, str]:
 
 def tables_of(run: Path) -> list[Path]:
     """Return the tables of a run's trials: its own, or those of its parts in the order in which they ended."""
-    parts = sorted(run.glob(f"*/{TABLE}"), key=lambda path: path.stat().st_mtime)
-    return [run / TABLE] if (run / TABLE).is_file() else parts
+    parts = sorted(run.glob("*/trials.parquet"), key=lambda path: path.stat().st_mtime)
+    return [run / "trials.parquet"] if (run / "trials.parquet").is_file() else parts
 
 
 def _pages(docs: Path) -> list[Path]:
