@@ -60,7 +60,13 @@ class Screen:
 
     def picture(self, path: Path, view: Any = None) -> Picture:
         """Return a picture of the window, or of one view, (H, W, 3) RGB."""
-        self._client.save_screenshot(str(path), view_id=None if view is None else view.view_id)
+        end, view_id = time.monotonic() + PATIENCE_S, None if view is None else view.view_id
+        while True:
+            try:
+                self._client.save_screenshot(str(path), view_id=view_id)
+                break
+            except TimeoutError:  # Rerun's own patience is short where a busy machine paints without a GPU
+                assert time.monotonic() < end, view_id
         image = cv2.imread(str(path))
         assert image is not None, path
         return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.uint8)

@@ -115,7 +115,7 @@ def screenshot(file: Path, place: Path) -> None:
                     raise UsageError("Rerun's viewer cannot draw: on Debian run 'apt-get install mesa-vulkan-drivers'")
                 time.sleep(0.1)
             place.write_bytes(_painted(ViewerClient.connect(url(f"{HOST}:{port}")), deadline))
-        except ConnectionError:
+        except (ConnectionError, TimeoutError):
             raise UsageError(f"Rerun's viewer broke off while it opened {file}") from None
         finally:
             child.kill()
