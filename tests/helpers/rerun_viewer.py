@@ -23,7 +23,7 @@ from experiments.bench.run.record import TIMELINE
 DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*lvp*"), *Path("/usr/local/share/vulkan/icd.d").glob("*lvp*")]
 needs_vulkan = pytest.mark.skipif(not DRIVERS, reason="no Vulkan: on Debian run 'apt-get install mesa-vulkan-drivers'")
 WIDTH, HEIGHT = 1400, 840
-PATIENCE_S, PAINTS_S = 60.0, 20.0
+PATIENCE_S, PAINTS_S = 300.0, 60.0
 """How long a viewer may take to open or to load, and to paint what it has."""
 Picture = npt.NDArray[np.uint8]
 

@@ -182,7 +182,7 @@ def test_values_that_are_clusters_of_their_own_count_in_full():
 
 
 def test_clusters_that_differ_as_their_values_do_cost_degrees_of_freedom_alone():
-    """Korn and Graubard: here the design effect is 1, and two clusters have one degree of freedom, four values three."""
+    """Korn and Graubard: the design effect is 1 here; two clusters have one degree of freedom, four values three."""
     cost = (stats.t.ppf(0.975, 3) / stats.t.ppf(0.975, 1)) ** 2
     assert effective_number([0, 1, 1, 1], ["a", "a", "b", "b"]) == pytest.approx(4 * cost)
 
