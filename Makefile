@@ -104,9 +104,8 @@ types: $(READY)
 bench: $(READY) ## Speed, as ratios measured side by side
 	$(BIN)/python -m benchmarks
 
-SINCE :=
-sizes: $(READY) ## Code lines, files, record types, public names and options by budget (SINCE=REVISION: compared with that)
-	$(BIN)/python -m tools.sizes $(SINCE)
+sizes: $(READY) ## Code lines, files, record types, public names and options by budget
+	$(BIN)/python -m tools.sizes
 
 setup: $(READY)
 

@@ -1,14 +1,13 @@
 """Sizes of the project: code lines by budget, files, record types, public names and command-line options.
 
-``python -m tools.sizes`` prints those of the working tree, ``python -m tools.sizes REVISION`` compares them with a git
-revision, and ``--check`` fails where a budget of ``pyproject.toml`` (``[tool.colias.budget]``) is exceeded.
+``python -m tools.sizes`` prints those of the working tree, and ``--check`` fails where a budget of ``pyproject.toml``
+(``[tool.colias.budget]``) is exceeded.
 """
 
 import argparse
 import ast
 import io
 import subprocess
-import tarfile
 import tokenize
 import tomllib
 from collections import Counter
@@ -56,27 +55,18 @@ def names(source: str) -> Counter[str]:
     )
 
 
-def sources(revision: str) -> Iterator[tuple[PurePosixPath, str]]:
-    """Yield path and text of each tracked file that counts, of the working tree where ``revision`` is empty."""
-    command = ["git", "archive", revision] if revision else ["git", "ls-files"]
-    output = subprocess.run(command, cwd=ROOT, check=True, capture_output=True).stdout
-    if revision:
-        with tarfile.open(fileobj=io.BytesIO(output)) as archive:
-            for member in archive:
-                path, file = PurePosixPath(member.name), archive.extractfile(member)
-                if file and path.suffix in {".py", *DATA}:
-                    yield path, file.read().decode()
-        return
-    for name in output.decode().splitlines():
-        path = PurePosixPath(name)
+def sources() -> Iterator[tuple[PurePosixPath, str]]:
+    """Yield path and text of each tracked file that counts, as the working tree has it."""
+    output = subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    for path in map(PurePosixPath, output.splitlines()):
         if path.suffix in {".py", *DATA} and (ROOT / path).is_file():
             yield path, (ROOT / path).read_text(encoding="utf-8")
 
 
-def sizes(revision: str = "") -> dict[str, Counter[str]]:
+def sizes() -> dict[str, Counter[str]]:
     """Count files, lines and names of each budget; "product" is all Python outside ``tests``."""
     counts = {name: Counter[str]() for name in (*BUDGET, "product")}
-    for path, text in sources(revision):
+    for path, text in sources():
         if path.suffix in DATA:
             counts["data"].update({"files": 1, "lines": len(text.splitlines())})
             continue
@@ -89,14 +79,13 @@ def sizes(revision: str = "") -> dict[str, Counter[str]]:
 def main() -> None:
     """Print the table; with ``--check``, exit with 1 where a budget is exceeded."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("revision", nargs="?", default="", help="a git revision to compare with")
     parser.add_argument("--check", action="store_true", help="fail where a budget is exceeded")
     asked = parser.parse_args()
-    now, before = sizes(), sizes(asked.revision) if asked.revision else {}
+    now = sizes()
     heads = ("lines", "files", "record types", "public names", "options")
     print(f"{'':22}" + "".join(f"{head:>16}" for head in heads) + f"{'ceiling':>10}")
     for name, counts in now.items():
-        cells = [f"{before[name][head]:,} -> {counts[head]:,}" if before else f"{counts[head]:,}" for head in heads]
+        cells = [f"{counts[head]:,}" for head in heads]
         ceiling = BUDGET[name]["ceiling"] if name in BUDGET else ""
         print(f"{name:22}" + "".join(f"{cell:>16}" for cell in cells) + f"{ceiling:>10}")
     over = [
