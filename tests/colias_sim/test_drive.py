@@ -161,6 +161,12 @@ def test_a_schedule_is_what_constant_acceleration_gives():
     assert schedule.seconds == pytest.approx(seconds + 0.3)
 
 
+def test_the_mean_speed_over_parts_is_their_length_over_their_time():
+    line = Route(Pose(0, 0, 0), (Stretch(0.1, 0.03, 0.03), Stretch(0.1, 0.09, 0.09)))
+    parts = [(0.02, 0.04), (0.15, 0.19)]
+    assert Schedule(line, 10.0).speed_over(parts) == pytest.approx(0.06 / (0.02 / 0.03 + 0.04 / 0.09))
+
+
 @pytest.mark.parametrize("fps", [5.0, 24.0, 30.0, 60.0, 120.0])
 def test_a_frame_divides_into_whole_commands_and_short_steps(fps):
     assert steps_per_frame(fps) == commands_per_frame(fps) * steps_per_command(fps)

@@ -1,5 +1,7 @@
 """The judges of the robot's claims: what they test, how many trials they take, and what leaves them unjudged."""
 
+import re
+
 import pytest
 
 from experiments.bench.sources.judge import flaws
@@ -195,6 +197,16 @@ def test_a_trial_without_a_number_is_not_judged(claim, nothing):
         trials[0] = trials[0] | {column: nothing}
         verdict = outcome(claim, trials, T)
         assert verdict.verdict == "not shown" and " have no number in " + column in verdict.measured
+
+
+EFFECTS = {"C15": [1.0, -1.0], "C16": [-1.0], "C18": [0.75], "C20": [0.75], "C29": [-1.0, -1.0], "C31": [1.0]}
+"""Effect sizes of `enough`: of four pairs of angles three are in order, and one is equal."""
+
+
+@pytest.mark.parametrize("claim", EFFECTS)
+def test_effects_have_the_sign_of_what_they_compare(claim):
+    effects = re.findall(r"(?:tau|delta) (\S+),", outcome(claim, enough(claim, 5), T).effect)
+    assert list(map(float, effects)) == EFFECTS[claim]
 
 
 # Claims that compare models.

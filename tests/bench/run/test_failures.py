@@ -122,7 +122,10 @@ def test_a_claim_says_how_many_trials_it_lost(colias):
     write_model(colias.folder, "if now.std() > 0 and int(now.sum()) % 5 == 0: raise ValueError('five')")
     flags = ("--model", "dsnn", "--model", "my_model.py", "--workers", "0")
     colias("run", "speed", *QUICK, *flags, "--out", "out")
-    failed = len(json.loads((colias.folder / "out" / "failures.json").read_text()))
+    failures = json.loads((colias.folder / "out" / "failures.json").read_text())
+    seeds = dict(pl.read_parquet(colias.folder / "out" / "trials.parquet").select("trial", "seed").iter_rows())
+    assert all(failure["seed"] == seeds[failure["trial"]] for failure in failures)
+    failed = len(failures)
     claims = json.loads((colias.folder / "out" / "claims.json").read_text())["claims"]
     assert failed > 0
     for claim in claims:
