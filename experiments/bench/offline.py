@@ -12,7 +12,7 @@ from experiments.bench.report.terminal import error_console
 from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
-from experiments.bench.run.parameters import differing
+from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.rows import TrialRecord
 from experiments.bench.run.runs import Batch, Resources
@@ -28,11 +28,11 @@ from experiments.bench.stats.verdict import Outcome, Verdict
 
 
 def describe(
-    experiment: OfflineExperiment, trials: Sequence[Trial], repeats: int, seed: int, pictures: Pictures | None
-) -> dict[str, Any]:
-    """Return what ``run.json`` holds: every parameter, the seed, and what computes."""
+    experiment: OfflineExperiment, trials: Sequence[Trial], repeats: int, seed: int, pictures: Pictures | None,
+    changed: Parameters,
+) -> dict[str, Any]:  # fmt: skip
+    """Return what ``run.json`` holds: every parameter, those ``changed`` again, the seed, and what computes."""
     models = trials[0].models
-    changed = differing(models, offline=True)
     clips = [trial.condition for trial in trials if not trial.repeat]
     return {
         "kind": "clips",
@@ -91,14 +91,14 @@ def plan(
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option)
     chosen, _ = watchers(models, assignments)
-    trials = experiment.trials(chosen, count, seed, pictures)
+    trials, changed = experiment.trials(chosen, count, seed, pictures), differing(chosen, offline=True)
     return Batch(
         name=experiment.name,
         specs=trials,
         work=partial(play_clip, frames=frames),
-        description=describe(experiment, trials, count, seed, pictures),
+        description=describe(experiment, trials, count, seed, pictures, changed),
         schemas=(TRIALS, FRAMES),
-        parameters=differing(chosen, offline=True),
+        parameters=changed,
         things="clips",
         size=pixels,
     )
@@ -125,13 +125,13 @@ def run(clips: Batch[Trial], out: Path, pool: Workers, resources: Resources, *, 
     """
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
-    repeats = clips.description["repeats"]
-    if repeats > 1 and not resources.quiet and not is_random(clips.description["experiment"]):
+    repeats, random = clips.description["repeats"], is_random(clips.description["experiment"])
+    if repeats > 1 and not resources.quiet and not random:
         error_console.print(f"note: nothing in {clips.name} is random: its {repeats} repeats are equal")
     work, description = partial(play_clip, recordings=recordings), {**clips.description, "recordings": recordings}
     with replace(clips, work=work, description=description).run(out, pool, resources) as folder:
         rows = folder.table("trials").to_dicts()
-        folder.write_json("claims.json", stored.document(verdicts(clips, rows)))
+        folder.write_json("claims.json", stored.document(verdicts(clips, rows, random=random)))
         shown = load(out)
         if rows:
             folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
@@ -149,8 +149,9 @@ def thresholds(clips: Batch[Trial]) -> dict[str, float | None]:
 
 
 def verdicts(
-    clips: Batch[Trial], rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None
-) -> list[Verdict]:
+    clips: Batch[Trial], rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None, *,
+    random: bool | None = None,
+) -> list[Verdict]:  # fmt: skip
     """Judge the claims of an off-line run, each at every seed. A seed is a replicate.
 
     Parameters
@@ -161,16 +162,17 @@ def verdicts(
         The run's rows.
     all_rows
         The same models' rows in other runs too: see `experiments.bench.sources.judge.judge`.
+    random
+        `is_random` of the experiment, where it is known.
     """
     experiment, lost = clips.description["experiment"], Outcome.unjudged("some of its clips failed")
     by_seed = [[row for row in rows if row["repeat"] == repeat] for repeat in range(clips.description["repeats"])]
     whole = [len({row["trial"] for row in of_seed}) == len(experiment.clips) for of_seed in by_seed]
-    spiking, random = thresholds(clips), is_random(experiment)
+    spiking, random = thresholds(clips), is_random(experiment) if random is None else random
     found = []
     for claim in (find_claim(claim, "clips") for claim in experiment.claims):
-        threshold = spiking.get(claim.spiking)
         outcomes = [
-            judge(claim, of_seed, threshold, all_rows or rows) if there else lost
+            judge(claim, of_seed, spiking.get(claim.spiking), all_rows or rows) if there else lost
             for of_seed, there in zip(by_seed, whole, strict=True)
         ]
         found.append(Verdict.of(claim, outcomes, random=random, experiment=experiment.name))

@@ -39,7 +39,6 @@ def view(
     from experiments.bench.report import viewer
     from experiments.bench.report.recordings import recording, recordings_in
     from experiments.bench.report.terminal import out_console
-    from experiments.bench.report.video import read
     from experiments.bench.run import interrupts
     from experiments.bench.run.errors import UsageError
     from scenes import ARENA_ENDINGS, ARENAS
@@ -59,6 +58,8 @@ def view(
             return viewer.show(files, web=web)
         viewer.screenshot(files[0], screenshot)
     if source.is_dir() and trial is None:
+        from experiments.bench.report.video import read  # not before: it loads matplotlib, which the viewer need not
+
         out_console.print(f"{files[0].stem}: {read(files[0]).name}; --trial N for another")
     return 0
 

@@ -18,7 +18,7 @@ SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "
 
 
 def _of(quantity: str, column: str) -> pl.Expr:
-    """Return a column of one quantity's row of the summary; a mean is called as its quantity."""
+    """Return a column of one quantity's row of the summary; a mean has the name of its quantity."""
     value = pl.col(column).filter(quantity=quantity).first()
     return value.alias(quantity) if column == "mean" else value
 

@@ -398,7 +398,7 @@ def plan(
 
 
 def lacking(trial: LogTrial) -> tuple[int, str]:
-    """Return how many frames a log lacks inside a trial, by their times, and a note of them or a blank."""
+    """Return how many frames a log lacks inside a trial, by their times, and a note that says where; empty of none."""
     times = trial.shown[TIME].to_numpy()
     lost = np.rint(np.diff(times) * trial.fps).astype(int) - 1  # -1 where a late time stamp is made up for
     gaps = [f"from {times[i]:.2f} s to {times[i + 1]:.2f} s" for i in np.flatnonzero(lost > 0)]

@@ -105,7 +105,7 @@ def in_words(failures: Iterable[Failure]) -> list[str]:
     alike: dict[tuple[str, str], list[Failure]] = {}
     for failure in failures:
         alike.setdefault((failure.model, failure.reason), []).append(failure)
-    return [f"{first}" + f"\nThe same in {len(others)} more" * bool(others) for first, *others in alike.values()]
+    return [str(first) + f"\nThe same in {len(others)} more" * bool(others) for first, *others in alike.values()]
 
 
 def recording_of(make: Callable[[], bytes]) -> bytes | str:

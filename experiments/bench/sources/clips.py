@@ -68,7 +68,7 @@ class Clip:
 
     def __post_init__(self) -> None:
         try:
-            changes = tuple((name, plain(value)) for name, value in dict(self.changes).items())
+            changes = tuple((name, _builtin(value)) for name, value in dict(self.changes).items())
         except (TypeError, ValueError):
             raise ValueError(f"clip {self.name}: changes must be pairs of a parameter and its value") from None
         object.__setattr__(self, "changes", changes)
@@ -513,7 +513,7 @@ def pixels(trial: Trial) -> float:
     return float(len(source) * source.shape[0] * source.shape[1])
 
 
-def plain(value: Any) -> Any:
+def _builtin(value: Any) -> Any:
     """Return a text or number of a user's own subclass as a plain one: workers cannot unpickle an enum's member."""
     if isinstance(value, str):
         return str.__str__(value)
