@@ -56,7 +56,7 @@ def table() -> Table:
     times = interleaved({"physics": _blind_crossing(blind), **work}, rounds=9)
     for sim in (*sims.values(), blind):
         sim.close()
-    physics = times.taken["physics"]
+    physics = times["physics"]
     title = "The eye ov7670; crossings at 4, 6, 10 cm/s, 8 cm away; dense: a render a row, 8 an exposure"
     result = Table(title=title)
     for name in ("camera", "us a frame", "times the default", "rms of grey", "rms of HS", "mean HS", "spikes"):
@@ -65,8 +65,8 @@ def table() -> Table:
     dense = fixed(dataclasses.replace(EYE, row_bands=EYE.height), rests, DENSE_SAMPLES)
     truth = [_answers(dense, speed) for speed in SPEEDS]
     for name, camera in cameras.items():
-        rendering = times.taken[name] - physics
-        ratio = float(np.median(rendering / (times.taken["default"] - physics)))
+        rendering = times[name] - physics
+        ratio = (rendering / (times["default"] - physics)).median()
         seen = [_answers(fixed(camera, rests), speed) for speed in SPEEDS]
         result.add_row(name, f"{rendering.min():.0f}", f"{ratio:.2f}", *_errors(seen, truth))
     result.add_row("  dense", "", "", *_errors(truth, truth))

@@ -56,8 +56,8 @@ def table() -> Table:
         )
         cold = min(_cold(fast, frames) for _ in range(9))
         others = ("plain", "farneback", "dis")
-        cells = [f"{times.us(name):.0f} ({times.ratio(name, 'dsnn'):.1f})" for name in others]
-        hot = times.us("dsnn")
+        cells = [f"{times[name].min():.0f} ({(times[name] / times['dsnn']).median():.1f})" for name in others]
+        hot = times["dsnn"].min()
         result.add_row(f"{shape[1]}x{shape[0]}", f"{hot:.0f}", f"{cold:.0f} ({cold / hot:.1f})", *cells)
     result.caption = f"form of the DSNN: {fast.form}"
     return result
@@ -86,5 +86,5 @@ def rivals() -> Table:
     for name in ("model", "us a frame", "times the DSNN"):
         result.add_column(name, justify="left" if name == "model" else "right")
     for name in models:
-        result.add_row(name, f"{times.us(name):.0f}", f"{times.ratio(name, 'dsnn'):.2f}")
+        result.add_row(name, f"{times[name].min():.0f}", f"{(times[name] / times['dsnn']).median():.2f}")
     return result

@@ -140,14 +140,14 @@ def test_the_word_is_that_of_the_claims_judge(tab, data):
 @needs_chromium
 @pytest.mark.parametrize("phone", [False, True], ids=["desktop", "phone"])
 def test_counts_are_those_of_the_runs(tab, data, phone):
-    tables = {run.name: pl.read_parquet(RUNS / run.name / "trials.parquet").to_dicts() for run in playground.RUNS}
+    tables = {name: pl.read_parquet(RUNS / name / "trials.parquet").to_dicts() for name in playground.RUNS}
     window = {"width": 390, "height": 844, "phone": True, "dark": True} if phone else {}
-    for run in playground.RUNS:
-        spikes = {row["trial"]: row["spikes"] for row in tables[run.name]}
-        for index, (name, *_) in run.trials.items():
+    for folder, (command, trials) in playground.RUNS.items():
+        spikes = {row["trial"]: row["spikes"] for row in tables[folder]}
+        for index, (name, *_) in trials.items():
             show(tab, f"trial={name}", **window)
             assert count(tab) == spikes[index], name
-            assert text(tab, "command") == run.command
+            assert text(tab, "command") == command
     show(tab, **window)
     assert counts(tab) == {row["speed_cm_s"]: row["spikes"] for row in tables["speed"]}
     assert tab.messages == []

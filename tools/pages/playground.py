@@ -17,7 +17,6 @@ import sys
 import tempfile
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from math import ceil, floor, log10
 from pathlib import Path
 from typing import Any, get_args
@@ -52,66 +51,49 @@ FIRST = "speed-6"
 LONGEST_FOOTAGE = 300
 
 
-@dataclass(frozen=True)
-class Shown:
-    """A run that trials of the page come from.
-
-    Attributes
-    ----------
-    name
-        Its folder.
-    command
-        The command that makes it.
-    trials
-        Index of a trial -> its name in links, its group, its title, and what is told of it.
-    """
-
-    name: str
-    command: str
-    trials: Mapping[int, tuple[str, str, str, str]]
-
-
 CROSSINGS, DEPTH, OTHERS = "Crossings, 8 cm away", "Approach and recession, 6 cm/s", "Harder to see"
-RUNS = (
-    Shown("speed", "colias run speed --repeats 1", {
+RUNS: Mapping[str, tuple[str, Mapping[int, tuple[str, str, str, str]]]] = {
+    "speed": ("colias run speed --repeats 1", {
         index: (f"speed-{speed}", CROSSINGS, f"To the right, {speed} cm/s",
                 f"A black Colias crosses from left to right, 8 cm away, at {speed} cm/s.")
         for index, speed in enumerate((2, 4, 6, 10))
     }),
-    Shown("general", "colias run general --repeats 1", {
+    "general": ("colias run general --repeats 1", {
         3: ("leftward-6", CROSSINGS, "To the left, 6 cm/s", "A black Colias crosses from right to left at 6 cm/s."),
         0: ("approach-0", DEPTH, "Approach straight ahead",
             "It comes from 20 to 5 cm along the optical axis: both sides move outward, and cancel in HS."),
         1: ("recession-0", DEPTH, "Recession straight ahead", "It leaves from 5 to 20 cm along the optical axis."),
     }),
-    Shown("approach", "colias run angular-approach --repeats 1 --set experiment.angles_deg=-30", {
+    "approach": ("colias run angular-approach --repeats 1 --set experiment.angles_deg=-30", {
         0: ("approach-30", DEPTH, "Approach at -30\N{DEGREE SIGN}",
             "It comes along a line 30\N{DEGREE SIGN} to the robot's left: its image moves to the right."),
     }),
-    Shown("recession", "colias run angular-recession --repeats 1 --set experiment.angles_deg=-30", {
+    "recession": ("colias run angular-recession --repeats 1 --set experiment.angles_deg=-30", {
         0: ("recession-30", DEPTH, "Recession at -30\N{DEGREE SIGN}",
             "It leaves along the same line: its image moves to the left."),
     }),
-    Shown("eye", "colias run speed --repeats 1 --set experiment.speeds_cm_s=10 --set camera.preset=ov7670", {
+    "eye": ("colias run speed --repeats 1 --set experiment.speeds_cm_s=10 --set camera.preset=ov7670", {
         0: ("ov7670-10", OTHERS, "To the right, 10 cm/s, by the robot's eye",
             "The model of the robot's own camera, ov7670: automatic exposure takes the bright arena to a middle grey, "
             "rows are read one after the other, and steps in grey are half as large."),
     }),
-    Shown("clutter", "colias run tools/playground/clutter.py --repeats 1", {
+    "clutter": ("colias run tools/playground/clutter.py --repeats 1", {
         0: ("clutter", OTHERS, "Clip before clutter",
             "A synthetic clip: a dark object crosses at 60 px/s before a natural image that shifts left at 8 px/s."),
     }),
-)  # fmt: skip
-"""Each has few trials, which seed and index determine: ``colias run speed`` with ten repeats begins with the same."""
+}  # fmt: skip
+"""Folder of a run -> the command that makes it; index of a trial -> its name in links, group, title, and a note.
+
+Each has few trials, which seed and index determine: ``colias run speed`` with ten repeats begins with the same.
+"""
 
 
 def write(folder: Path) -> None:
     """Make the runs, and the page `PAGE` in ``folder``; the runs' tables stay beside it for the tests."""
     trials, frames = [], {}
-    for source_run in RUNS:
-        out = folder / "runs" / source_run.name
-        run = experiments.run(**arguments(source_run.command), out=out, workers=0, quiet=True)
-        for trial, film in _recorded(run, source_run):
+    for name, (command, told) in RUNS.items():
+        run = experiments.run(**arguments(command), out=folder / "runs" / name, workers=0, quiet=True)
+        for trial, film in _recorded(run, command, told):
             trials.append(trial)
             frames[trial["id"]] = _base64(packed(film))
         for recording in run.recordings:
@@ -139,16 +121,18 @@ def arguments(command: str) -> dict[str, Any]:
     return {"experiment": name, "repeats": repeats, "settings": settings}
 
 
-def _recorded(run: experiments.Run, source_run: Shown) -> Iterable[tuple[dict[str, Any], npt.NDArray[np.uint8]]]:
+def _recorded(
+    run: experiments.Run, command: str, told: Mapping[int, tuple[str, str, str, str]]
+) -> Iterable[tuple[dict[str, Any], npt.NDArray[np.uint8]]]:
     """Yield what the page tells of each trial, and its frames, (T, R, C)."""
     rows = {row["trial"]: row for row in run.trials.to_dicts()}
     (model,) = run.description.get("settings", run.description)["models"]
-    for index, (name, group, title, note) in source_run.trials.items():
+    for index, (name, group, title, note) in told.items():
         film = camera_frames(run.recordings[index])
         yield {
             "id": name, "group": group, "title": title, "note": note, "count": film.shape[0], "rows": film.shape[1],
             "columns": film.shape[2], "params": model["network"], "spikes": rows[index]["spikes"],
-            "command": source_run.command, "speed": rows[index]["speed_cm_s"] if source_run.name == "speed" else None,
+            "command": command, "speed": rows[index]["speed_cm_s"] if run.folder.name == "speed" else None,
         }, film  # fmt: skip
 
 
