@@ -17,8 +17,9 @@ from experiments.bench.run.command import begun_by
 from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.files import new_folder
 from experiments.bench.run.models import model_texts, shown_models
-from experiments.bench.run.runs import Batch, Resources, worker_count
+from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import assignments
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import LIVE, Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
@@ -72,14 +73,14 @@ def planned(
 
 
 def perform(
-    experiment: Experiment | OfflineExperiment, folder: Path, resources: Resources, *, recordings: bool = True,
+    experiment: Experiment | OfflineExperiment, folder: Path, pool: Workers, *, recordings: bool = True,
     **asked: Any,
 ) -> Run:  # fmt: skip
     """Run an experiment of either kind into a folder, and judge its claims.
 
     Parameters
     ----------
-    experiment, folder, resources
+    experiment, folder, pool
         What to run, into which folder, on what.
     recordings
         Whether to write a recording of each trial.
@@ -93,10 +94,10 @@ def perform(
     """
     plan = planned(experiment, **asked)
     if isinstance(experiment, OfflineExperiment):
-        with resources.pool(rendering=False) as pool:
-            return offline.run(plan, folder, pool, resources, recordings=recordings and experiment.recorded)
-    with resources.pool() as pool:
-        return trials.run(plan, folder, pool, resources, recordings=recordings)
+        with pool.running(rendering=False):
+            return offline.run(plan, folder, pool, recordings=recordings and experiment.recorded)
+    with pool.running():
+        return trials.run(plan, folder, pool, recordings=recordings)
 
 
 def run(
@@ -186,9 +187,9 @@ def run(
         **asked, "experiment": source, "settings": dict(text.split("=", 1) for text in assignments(settings)),
         "pictures": None if pictures is None else os.fspath(pictures), "recordings": recordings,
     }  # fmt: skip
-    resources = Resources(worker_count(workers), cluster, quiet)
+    pool = Workers(workers, cluster, quiet=quiet)
     with begun_by({"call": "experiments.run", "arguments": arguments}):
-        done = perform(declared, place, resources, recordings=recordings, **asked)
+        done = perform(declared, place, pool, recordings=recordings, **asked)
     tell_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
     return done
 
@@ -245,4 +246,4 @@ def fit(
     if not isinstance(asked, Fit):
         raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
     place = new_folder(asked.study.name) if out is None else Path(out)
-    return fits.run(asked, operator.index(seed), place, Resources(worker_count(workers), cluster, quiet))
+    return fits.run(asked, operator.index(seed), place, Workers(workers, cluster, quiet=quiet))

@@ -25,7 +25,7 @@ from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.rows import TrialRecord, drawn_here, recording_of
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.user_code import is_own
 from experiments.bench.run.workers import Workers
@@ -191,7 +191,7 @@ def play_trial(trial: EpisodeTrial, *, recorded: int) -> TrialRecord:
     return drawn_here(done) if episode.responses else done  # one that senses the state sees no picture
 
 
-def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, resources: Resources, *, recordings: int = 0) -> Run:
+def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, *, recordings: int = 0) -> Run:
     """Play the episodes that a folder lacks, score, judge and draw.
 
     Parameters
@@ -200,7 +200,7 @@ def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, resources: Resourc
         From `plan` or `episodes`.
     out
         The run's folder: a new one, or one that holds a part of this run.
-    pool, resources
+    pool
         Where the episodes are played.
     recordings
         How many episodes, from the first, to record for Rerun.
@@ -209,7 +209,7 @@ def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, resources: Resourc
 
     env, names = batch.description["env"], [load_behaviour(name).name for name in batch.description["behaviours"]]
     work, description = partial(play_trial, recorded=recordings), {**batch.description, "recorded": recordings}
-    with replace(batch, work=work, description=description).run(out, pool, resources) as folder:
+    with replace(batch, work=work, description=description).run(out, pool) as folder:
         trials = folder.table("trials")
         # A claim is about the env as it is.
         judged = [] if batch.description["options"] else scoring.verdicts(env, names, trials)

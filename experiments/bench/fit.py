@@ -23,9 +23,9 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import look_up
 from experiments.bench.run.rows import Failure
-from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts, collect, schema_of
 from experiments.bench.run.streams import stream
+from experiments.bench.run.workers import Workers
 from experiments.bench.stats.count import Count, count
 from experiments.bench.stats.verdict import together
 from experiments.bench.study import TOGETHER, Fit, Study
@@ -319,7 +319,7 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
     return box, outside
 
 
-def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
+def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Fitted:
     """Run what a fit's folder lacks, and write its tables and figure.
 
     Parameters
@@ -330,7 +330,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
         Seed of the search. The seeds of the second judging and of the sample follow from it.
     out
         The fit's folder: a new one, or one that holds a part of this fit. More settings may be searched than before.
-    resources
+    pool
         Workers, or a cluster.
 
     Raises
@@ -355,7 +355,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
         study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
-        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool, resources)
+        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool)
         failures.extend(result.failures)
         slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")  # silence gains nothing
         return result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack).cast(
@@ -366,7 +366,7 @@ def run(fit: Fit, seed: int, out: Path, resources: Resources) -> Fitted:
         own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
         return pl.concat([own, pl.DataFrame(settings), scored(results).drop("setting")], how="horizontal")
 
-    with resources.pool() as pool:
+    with pool.running():
         for number in range(-(-fit.trials // size)):
             asked = ask_for(search, box, outside, (renderings, size // renderings), seed, number)
             shown = [{key: text_of(trial.params[key]) for key in box} for trial in asked]

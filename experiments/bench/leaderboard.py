@@ -27,8 +27,9 @@ from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import ModelRunner
 from experiments.bench.run.rows import Failure
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import watchers
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.experiment import Angular, Design, Experiment, Listed, Translation
 from experiments.bench.sources.judge import SIGNED
@@ -561,7 +562,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
     return {runner.label: taken[runner.label][1:] for runner in runners if not runner.trouble}
 
 
-def run(planned: Boards, folder: Path, resources: Resources) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
+def run(planned: Boards, folder: Path, pool: Workers) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
     """Run what ``folder`` lacks of a `plan`, time the models, and write a table and a figure of each board.
 
     Returns
@@ -579,17 +580,17 @@ def run(planned: Boards, folder: Path, resources: Resources) -> tuple[dict[str, 
     begin_whole(folder, "leaderboard")
     responses: dict[str, pl.DataFrame] = {}
     failures: list[Failure] = []
-    with resources.pool() as pool:
+    with pool.running():
         for part, batches in planned.items():
             rows: list[dict[str, Any]] = []
             for batch in batches:
-                with batch.run(folder / batch.name, pool, resources) as run:
+                with batch.run(folder / batch.name, pool) as run:
                     frames = run.table("frames").partition_by("trial", "model", as_dict=True)
                     for row in run.table("trials").iter_rows(named=True):
                         rows.append(response(row, batch.specs[row["trial"]], frames.get((row["trial"], row["model"]))))
                     failures += run.failures()
             responses[part] = pl.DataFrame(rows, RESPONSES)
-    if not resources.quiet:
+    if not pool.quiet:
         error_console.print("timing: 99x72 and 320x180, in turns, one thread")
     # After the workers have gone: nothing of this run's own competes for the processor.
     shown = {model.label: model for board in FILES if board in planned for model in planned[board][0].specs[0].models}

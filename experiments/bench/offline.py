@@ -15,7 +15,7 @@ from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.rows import TrialRecord
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
@@ -109,7 +109,7 @@ def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) ->
     return play(trial, record if recordings and not trial.repeat else None, frames=frames)
 
 
-def run(clips: Batch[Trial], out: Path, pool: Workers, resources: Resources, *, recordings: bool = False) -> Run:
+def run(clips: Batch[Trial], out: Path, pool: Workers, *, recordings: bool = False) -> Run:
     """Play the clips that a folder lacks, judge and draw.
 
     Parameters
@@ -118,7 +118,7 @@ def run(clips: Batch[Trial], out: Path, pool: Workers, resources: Resources, *, 
         From `plan`.
     out
         The run's folder: a new one, or one that holds a part of this run.
-    pool, resources
+    pool
         Where the clips are played.
     recordings
         Whether to record the first seed's clips for Rerun.
@@ -126,10 +126,10 @@ def run(clips: Batch[Trial], out: Path, pool: Workers, resources: Resources, *, 
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
     repeats, random = clips.description["repeats"], is_random(clips.description["experiment"])
-    if repeats > 1 and not resources.quiet and not random:
+    if repeats > 1 and not pool.quiet and not random:
         error_console.print(f"note: nothing in {clips.name} is random: its {repeats} repeats are equal")
     work, description = partial(play_clip, recordings=recordings), {**clips.description, "recordings": recordings}
-    with replace(clips, work=work, description=description).run(out, pool, resources) as folder:
+    with replace(clips, work=work, description=description).run(out, pool) as folder:
         rows = folder.table("trials").to_dicts()
         folder.write_json("claims.json", stored.document(verdicts(clips, rows, random=random)))
         shown = load(out)

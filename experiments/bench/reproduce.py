@@ -27,7 +27,8 @@ from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, plain
 from experiments.bench.run.rows import Failure
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources import motion
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
@@ -304,7 +305,7 @@ class Reproduction:
     failures: Mapping[str, Sequence[Failure]]
 
 
-def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
+def reproduce(folder: Path, plans: Plans, pool: Workers) -> Reproduction:
     """Run what is missing in a folder, judge every claim, and write the verdicts there.
 
     Parameters
@@ -313,25 +314,25 @@ def reproduce(folder: Path, plans: Plans, resources: Resources) -> Reproduction:
         A new one, or one that holds a part of this reproduction.
     plans
         From `planned`.
-    resources
+    pool
         Workers, or a cluster.
     """
-    if not resources.quiet:
-        error_console.print(f"{resources.where()}, into {folder}")
+    if not pool.quiet:
+        error_console.print(f"{pool.where()}, into {folder}")
     begin_whole(folder, "reproduction")
     counts, failures = {}, {}
-    with resources.pool() as pool:
-        runs = [robot_run.run(part, folder / part.name, pool, resources, recordings=True) for part in plans.robot]
+    with pool.running():
+        runs = [robot_run.run(part, folder / part.name, pool, recordings=True) for part in plans.robot]
         clips = [
-            offline.run(part, folder / part.name, pool, resources, recordings=part.description["experiment"].recorded)
+            offline.run(part, folder / part.name, pool, recordings=part.description["experiment"].recorded)
             for part in plans.clips
         ]
         played = []
         for part in plans.behaviours:
             env = short_name(part.description["env"]).partition("-")[0].lower()
-            played.append(behave.run(part, folder / f"behave-{env}", pool, resources))
+            played.append(behave.run(part, folder / f"behave-{env}", pool))
         for name, study in plans.studies.items():
-            counts[name] = sweep.play(study, folder / name, pool, resources)
+            counts[name] = sweep.play(study, folder / name, pool)
             failures[name] = counts[name].failures
     for done in [*runs, *clips, *played]:
         failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]
@@ -528,9 +529,7 @@ def _with(label: str, settings: str) -> str:
     return f"{label}{',' if ':' in label else ':'}{settings}" if label and settings else label
 
 
-def judge_models(
-    folder: Path, models: Sequence[str], seed: int, resources: Resources
-) -> tuple[list[Verdict], list[Failure]]:
+def judge_models(folder: Path, models: Sequence[str], seed: int, pool: Workers) -> tuple[list[Verdict], list[Failure]]:
     """Show models the clips that the claims of their own papers are about, judge, and write ``model_claims.json``.
 
     Parameters
@@ -541,7 +540,7 @@ def judge_models(
         As of `asked`.
     seed
         Seed of the first replicate.
-    resources
+    pool
         Workers, or a cluster.
 
     Returns
@@ -555,7 +554,7 @@ def judge_models(
     rows: list[dict[str, Any]] = []
     failures: list[Failure] = []
     thresholds: dict[str, float | None] = {}
-    with resources.pool() as pool:
+    with pool.running():
         for name, repeats in (("even", 1), ("gratings", SEEDS)):
             chosen = [group for group in groups if (group in model_clips.RANDOM) == (name == "gratings")]
             clips = tuple(clip for group in chosen for clip in model_clips.GROUPS[group])
@@ -563,7 +562,7 @@ def judge_models(
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
                 part = offline.plan(shown, labels, (), None, seed, frames=False)
                 thresholds |= offline.thresholds(part)
-                with part.run(folder / name, pool, resources) as run:
+                with part.run(folder / name, pool) as run:
                     failures += run.failures()
                     rows += run.table("trials").to_dicts()
     found = []

@@ -23,7 +23,8 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, new_folder
 from experiments.bench.run.play import FRAMES, Trial, show, tabulate
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
-from experiments.bench.run.runs import Batch, Resources, worker_count
+from experiments.bench.run.runs import Batch
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clips
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats.checks import MARGIN
@@ -200,7 +201,7 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def play(plan: SweepPlan, out: Path, pool: Any, resources: Resources) -> Sweep:
+def play(plan: SweepPlan, out: Path, pool: Workers) -> Sweep:
     """Play what a folder lacks of a sweep with a pool of workers, and read what it has.
 
     Its trials leave neither recordings nor frames.
@@ -218,11 +219,11 @@ def play(plan: SweepPlan, out: Path, pool: Any, resources: Resources) -> Sweep:
         things=plan.things,
         size=clips.pixels if on_clips else trials.seconds,
     )  # fmt: skip
-    with batch.run(out, pool, resources) as folder:
+    with batch.run(out, pool) as folder:
         return read(plan, folder.table("trials").to_dicts(), folder.failures())
 
 
-def run(plan: SweepPlan, out: Path, resources: Resources) -> Sweep:
+def run(plan: SweepPlan, out: Path, pool: Workers) -> Sweep:
     """Run what a sweep's folder lacks, and write its tables and figure.
 
     Parameters
@@ -231,7 +232,7 @@ def run(plan: SweepPlan, out: Path, resources: Resources) -> Sweep:
         From `planned`.
     out
         The folder: a new one, or one that holds a part of this sweep.
-    resources
+    pool
         Workers, or a cluster.
 
     Returns
@@ -247,8 +248,8 @@ def run(plan: SweepPlan, out: Path, resources: Resources) -> Sweep:
     from experiments.bench.report import style  # not before: workers do without matplotlib
     from experiments.bench.report import sweep as report
 
-    with resources.pool() as pool:
-        result = play(plan, out, pool, resources)
+    with pool.running():
+        result = play(plan, out, pool)
     files, name = Files(out), plan.study.name
     files.write_rows("outcomes.csv", result.table.to_dicts())
     files.write_rows("counts.csv", [*result.counts.to_dicts(), *result.numbers.to_dicts()])
@@ -340,5 +341,5 @@ def sweep(
     study = typed(experiment, over, **given)
     place = new_folder(study.name) if out is None else Path(out)
     plan = planned(study, seeds.start if seeds else 0)
-    result = run(plan, place, Resources(worker_count(workers), quiet=quiet))
+    result = run(plan, place, Workers(workers, quiet=quiet))
     return result.table if plan.claims else result.numbers

@@ -31,10 +31,9 @@ from experiments.bench.run.description import begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
 from experiments.bench.run.provenance import versions
-from experiments.bench.run.runs import Resources
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.streams import stream
-from experiments.bench.run.workers import without_interrupts
+from experiments.bench.run.workers import Workers, without_interrupts
 from experiments.bench.sources.behaviour import (
     ENDING,
     TRAINED_UNDER,
@@ -193,7 +192,7 @@ def described(abouts: Sequence[About]) -> str:
     return f"{short_name(first.env)}: {n} of {first.steps:,} steps, {JUDGED} episodes each"
 
 
-def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Run, pl.DataFrame]:
+def run(abouts: Sequence[About], folder: Path, pool: Workers) -> tuple[Run, pl.DataFrame]:
     """Train the policies that a folder lacks, then judge all and their opponents in worlds that none was trained in.
 
     Eye, wheels and randomisation are those of the training.
@@ -204,7 +203,7 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Ru
         From `plan`.
     folder
         A new one, or one that has a part of this training.
-    resources
+    pool
         Where the episodes are played.
 
     Returns
@@ -232,15 +231,15 @@ def run(abouts: Sequence[About], folder: Path, resources: Resources) -> tuple[Ru
         require_training()
     for about, file in missing:
         name, rounds = f"training seed {about.seed}", about.steps // about.envs
-        with interrupts.once(), progress(name, rounds, resources.quiet, "steps of all envs") as advance:
+        with interrupts.once(), progress(name, rounds, pool.quiet, "steps of all envs") as advance:
             policy, curve = train(about, advance)
             folder.mkdir(parents=True, exist_ok=True)
             curve.write_csv(folder / f"learning-{about.seed}.csv")
             policy.save(file)
     names = (*(str(file.resolve()) for file in files), *OPPONENTS[first.env])
     judged = behave.episodes(names, first.env, first.options, JUDGED, 0)
-    with resources.pool() as pool:
-        report = behave.run(judged, folder, pool, resources)
+    with pool.running():
+        report = behave.run(judged, folder, pool)
     if len(abouts) == 1 or not report.done:
         return report, report.summary if report.done else pl.DataFrame()
     table = together(report.summary, pl.col("behaviour").is_in([file.stem for file in files]), first.seed)

@@ -21,7 +21,7 @@ from experiments.bench.run.models import ConfiguredModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
 from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.run.workers import Workers
@@ -236,7 +236,7 @@ def batch(
     return Batch(experiment.name, specs, work, description, schemas, parameters=changed, size=seconds)
 
 
-def run(trials: Batch[RobotTrial], out: Path, pool: Workers, resources: Resources, *, recordings: bool) -> Run:
+def run(trials: Batch[RobotTrial], out: Path, pool: Workers, *, recordings: bool) -> Run:
     """Run trials, judge and draw.
 
     Parameters
@@ -245,7 +245,7 @@ def run(trials: Batch[RobotTrial], out: Path, pool: Workers, resources: Resource
         From `plan`.
     out
         The run's folder: a new one, or one that holds a part of this run.
-    pool, resources
+    pool
         Where the trials are played.
     recordings
         Whether to record each trial for Rerun.
@@ -257,7 +257,7 @@ def run(trials: Batch[RobotTrial], out: Path, pool: Workers, resources: Resource
     """
     playing = partial(work, recordings=recordings, frames=True)
     trials = dataclasses.replace(trials, work=playing, description={**trials.description, "recordings": recordings})
-    with trials.run(out, pool, resources) as folder:
+    with trials.run(out, pool) as folder:
         return conclude(trials.description, folder)
 
 

@@ -21,7 +21,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.rows import Failure
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, Clip
 from experiments.bench.stats import curves
@@ -162,9 +162,7 @@ def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str]
     ]
 
 
-def run(
-    shown: Sequence[Job], out: Path, workers: Workers, resources: Resources
-) -> tuple[pl.DataFrame, list[dict[str, Any]], list[Failure]]:
+def run(shown: Sequence[Job], out: Path, pool: Workers) -> tuple[pl.DataFrame, list[dict[str, Any]], list[Failure]]:
     """Show the clips that the folder ``out`` lacks; write ``tuning.csv``, ``preferences.csv`` and a figure a family.
 
     Returns
@@ -182,7 +180,7 @@ def run(
         "changed": changed, "curves": [*curves_of], **provenance.of([model.source for model in models]),
     }  # fmt: skip
     batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
-    with batch.run(out, workers, resources) as folder:
+    with batch.run(out, pool) as folder:
         failures = folder.failures()
         points = responses(shown, folder.table("frames"))
         rows = [preferences(points, m.label, m.channels) for m in models if m.label in points["model"]]

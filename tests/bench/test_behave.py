@@ -7,7 +7,7 @@ from experiments import UsageError, load
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, GROUPS, OPTOMOTOR
 from experiments.bench.behave import env_options, episodes, plan, run
 from experiments.bench.reproduce import QUICK, planned
-from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 
 
 def test_a_plan_has_the_baselines_of_its_env():
@@ -60,9 +60,8 @@ def short(seed=0, **options):
 
 
 def played(planned, folder, workers=0, recordings=0):
-    means = Resources(workers, quiet=True)
-    with means.pool() as pool:
-        return run(planned, folder, pool, means, recordings=recordings)
+    with Workers(workers, quiet=True).running() as pool:
+        return run(planned, folder, pool, recordings=recordings)
 
 
 def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):

@@ -11,7 +11,7 @@ from experiments.bench import registry, reproduce, sweep, sweep_plan
 from experiments.bench.replicates import MODEL, replicate
 from experiments.bench.reproduce import FULL
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 from experiments.bench.stats.claim import claims_on
 from experiments.bench.study import shipped
 from experiments.bench.sweep import read
@@ -176,7 +176,7 @@ def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
 def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
     study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST), replicates=1, repeats=1,
                                 probe=onboard.probe_of(BEST), tables=None)  # fmt: skip
-    result = sweep.run(sweep_plan.planned(study), tmp_path / "out", Resources(workers=0, quiet=True))
+    result = sweep.run(sweep_plan.planned(study), tmp_path / "out", Workers(0, quiet=True))
     rows = [row for every in result.replicates.values() for part in every for row in part.rows]
     for found in rows:
         if found["model"] == BEST:

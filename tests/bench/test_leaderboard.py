@@ -15,7 +15,7 @@ from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES, alarm_c
 from experiments.bench.report import scoreboard
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
-from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources.experiment import Translation
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.tests import first_alarm_s
@@ -178,14 +178,14 @@ def few(monkeypatch):
 def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
     (tmp_path / "my_model.py").write_text(user_files.MODEL)
     planned = board.plan(["lgmd1", str(tmp_path / "my_model.py")], 1, 0)
-    boards, failures = board.run(planned, tmp_path / "out", Resources(0))
+    boards, failures = board.run(planned, tmp_path / "out", Workers(0))
     assert not failures
     assert boards[DIRECTION].select("model", "direction_robot", "direction_robot_n").rows() == [("gradient", 1.0, 2)]
     assert boards[LOOMING]["model"].to_list() == ["lgmd1"]
-    again, _ = board.run(planned, tmp_path / "out", Resources(0))
+    again, _ = board.run(planned, tmp_path / "out", Workers(0))
     assert capsys.readouterr().err.count(" of them done already") == 5
     for kind in (DIRECTION, LOOMING):
         assert boards[kind].equals(again[kind])
         assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
     with pytest.raises(UsageError, match="emd"):
-        board.run(board.plan(["emd"], 1, 0), tmp_path / "out", Resources(0, quiet=True))
+        board.run(board.plan(["emd"], 1, 0), tmp_path / "out", Workers(0, quiet=True))

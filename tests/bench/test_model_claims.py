@@ -8,7 +8,7 @@ import pytest
 from dsnn import MODELS
 from experiments.bench.reproduce import asked, judge_models
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 from experiments.claims.model_clips import GROUPS, names
 from experiments.claims.models import ModelClaim, clip_claim, model_claims
 
@@ -104,7 +104,7 @@ def test_settings_go_to_every_variant_of_a_model():
 
 def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):
     """And goes on where it stopped: a second call shows nothing again."""
-    verdicts, failures = judge_models(tmp_path / "out", ["si-lgmd1"], 0, Resources(0, quiet=True))
+    verdicts, failures = judge_models(tmp_path / "out", ["si-lgmd1"], 0, Workers(0, quiet=True))
     assert not failures and [verdict.id for verdict in verdicts] == [claim.id for claim in model_claims()["si-lgmd1"]]
     assert {verdict.outcome.verdict for verdict in verdicts if verdict.outcome.n} <= {"holds", "fails", "silent model"}
     assert [verdict.outcome.verdict for verdict in verdicts if not verdict.outcome.n] == ["not shown"]

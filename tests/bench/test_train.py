@@ -13,7 +13,7 @@ from colias_sim import CameraConfig, RobotConfig
 from dsnn import Response
 from experiments import UsageError
 from experiments.bench import train
-from experiments.bench.run.runs import Resources
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources.behaviour import SENSED, WHEELS, About, TrainedPolicy, load_policy, sense, steer
 from experiments.bench.sources.episodes import load_behaviour
 
@@ -152,7 +152,7 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
     monkeypatch.setattr(train, "require_training", lambda: None)
     monkeypatch.setattr(train, "JUDGED", 1)
     random_policy(asked()[0]).save(tmp_path / "policy-3.npz")
-    report, table = train.run(asked(), tmp_path, Resources(0, quiet=True))
+    report, table = train.run(asked(), tmp_path, Workers(0, quiet=True))
     assert trained == [4, 5] and report.failures.is_empty()
     rows = {(row["measure"], row["behaviour"]): row for row in table.iter_rows(named=True)}
     assert {behaviour for _, behaviour in rows} == {"PPO", *train.OPPONENTS[OPTOMOTOR]}
@@ -169,19 +169,19 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
     assert left <= {path.name for path in tmp_path.iterdir()}
 
     before = (tmp_path / "policies.csv").read_bytes()
-    train.run(asked(), tmp_path, Resources(0, quiet=True))
+    train.run(asked(), tmp_path, Workers(0, quiet=True))
     assert trained == [4, 5], "nothing is trained again"
     assert (tmp_path / "policies.csv").read_bytes() == before
     for other in ({"steps": 5000}, {"envs": 4}, {"assignments": ["camera=ov7670"]}, {"seeds": 4}):
         with pytest.raises(UsageError, match="choose another"):
-            train.run(asked(**other), tmp_path, Resources(0, quiet=True))
+            train.run(asked(**other), tmp_path, Workers(0, quiet=True))
 
 
 def test_a_training_without_the_extra_is_a_wrong_use(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     monkeypatch.setitem(sys.modules, "torch._dynamo", None)
     with pytest.raises(UsageError):
-        train.run(asked(), tmp_path, Resources(0, quiet=True))
+        train.run(asked(), tmp_path, Workers(0, quiet=True))
 
 
 # --- with the extra ---------------------------------------------------------------------------------------------------

@@ -8,8 +8,7 @@ import pytest
 
 from experiments.bench import tune
 from experiments.bench.report.tuning import MEASURES, draw
-from experiments.bench.run.runs import Resources
-from experiments.bench.run.workers import open_workers
+from experiments.bench.run.workers import Workers
 from experiments.bench.stats import curves
 from experiments.bench.tune import CROSSES, LOOMS, RECEDES
 
@@ -102,8 +101,9 @@ def test_approaches_are_shown_to_looming_models_alone():
 
 def test_tables_read_back(tmp_path):
     shown = tune.plan(["dsnn", "lgmd1"], ["size", "disc", "direction"], [], 0)
-    with open_workers(0) as pool:
-        points, preferences, failures = tune.run(shown, tmp_path, pool, Resources(0, quiet=True))
+    pool = Workers(0, quiet=True)
+    with pool.running(rendering=False):
+        points, preferences, failures = tune.run(shown, tmp_path, pool)
     assert not failures and {path.stem for path in tmp_path.glob("*.png")} == {"size", "disc", "direction"}
     read = pl.read_csv(tmp_path / "tuning.csv", infer_schema_length=None)
     assert read.rows() == points.drop("x", "y").rows()

@@ -32,9 +32,8 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench import api as public_run
 from experiments.bench.cli import main
-from experiments.bench.run import runs as batch
+from experiments.bench.run import workers
 from experiments.bench.sources.robot import forget_simulations
 from tests.helpers.envs import end_after
 
@@ -122,8 +121,7 @@ def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader
     # As a Python that is started in the folder has it: before what other tests' files left there.
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setenv("COLUMNS", "100")
-    for module in (batch, public_run):
-        monkeypatch.setattr(module, "worker_count", lambda given: 0)
+    monkeypatch.setattr(workers, "worker_count", lambda given: 0)
     end_after(30, monkeypatch)
     for name in {Path(file).stem for page in PAGES for file in written(page)}:
         monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name

@@ -14,7 +14,7 @@ import typer
 from experiments.bench.cli import options
 
 if TYPE_CHECKING:
-    from experiments.bench.run.runs import Resources
+    from experiments.bench.run.workers import Workers
 
 MODEL_CLAIMS = "model-claims"
 """The study of the claims of the looming models' own papers."""
@@ -46,10 +46,10 @@ def reproduce(
     from experiments.bench.report import page
     from experiments.bench.report.terminal import show_files, show_verdicts
 
-    means = options.resources(workers, cluster, quiet)
+    pool = options.pool(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     plans = whole.planned(scale, seed, (*whole.BESIDE, *(model or ())), experiment or (), robot_only)
-    result = whole.reproduce(options.results_folder(out, "reproduce"), plans, means)
+    result = whole.reproduce(options.results_folder(out, "reproduce"), plans, pool)
     page.write(result)
     if not quiet:
         show_verdicts((*result.claims, *result.own_claims))
@@ -88,16 +88,16 @@ def sweep(
     from experiments.bench.report.terminal import tell_troubles
     from experiments.bench.sweep_plan import planned
 
-    means = options.resources(workers, cluster, quiet)
+    pool = options.pool(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
-        return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, means)
+        return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, pool)
     study = sweeps.typed(
         experiment, over or (), claims=_names(claims), measures=_names(measure), models=model, assignments=assignments,
         repeats=repeats, replicates=replicates,
     )  # fmt: skip
     plan = planned(study, seed)
     folder = options.results_folder(out, study.name)
-    result = sweeps.run(plan, folder, means)
+    result = sweeps.run(plan, folder, pool)
     if not quiet:
         show(result, folder)
     told = tell_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
@@ -108,13 +108,13 @@ def _names(text: str | None) -> list[str] | None:
     return None if text is None else [name for name in text.split(",") if name]
 
 
-def _model_claims(names: list[str], folder: Path, seed: int, means: Resources) -> int:
+def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> int:
     """Judge the claims of models' own papers, and show them."""
     from experiments.bench.report.terminal import count, show_files, show_verdicts
     from experiments.bench.reproduce import judge_models
 
-    verdicts, failures = judge_models(folder, names, seed, means)
-    if not means.quiet:
+    verdicts, failures = judge_models(folder, names, seed, pool)
+    if not pool.quiet:
         show_verdicts(verdicts, model=True)
         show_files(folder, count(len(verdicts), "claim"))
     return options.EXIT_FAILED if failures else 0
@@ -166,7 +166,7 @@ def fit(
                       replicates=replicates)  # fmt: skip
         asked = Fit(study, tuple(over or ()), **given)
     folder = options.results_folder(out, asked.study.name)
-    fitted = fits.run(asked, seed, folder, options.resources(workers, cluster, quiet))
+    fitted = fits.run(asked, seed, folder, options.pool(workers, cluster, quiet))
     if not quiet:
         report.show(fitted, folder)
     return options.EXIT_FAILED if fitted.failures else 0
@@ -194,7 +194,7 @@ def leaderboard(
 
     planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
     folder = options.results_folder(out, "leaderboard")
-    boards, failures = board.run(planned, folder, options.resources(workers, cluster, quiet))
+    boards, failures = board.run(planned, folder, options.pool(workers, cluster, quiet))
     if not quiet:
         for name, table in boards.items():
             scoreboard.show(table, board.measures(table), f"Ranked by {name}")
@@ -230,9 +230,9 @@ def tune(
 
     models = shown_models(COMPARED, model, only)
     shown = curves.plan(models, curve or (), assignments or (), seed)
-    folder, means = options.results_folder(out, "tune"), options.resources(workers, cluster, quiet)
-    with means.pool(rendering=False) as pool:
-        _, preferences, failures = curves.run(shown, folder, pool, means)
+    folder, pool = options.results_folder(out, "tune"), options.pool(workers, cluster, quiet)
+    with pool.running(rendering=False):
+        _, preferences, failures = curves.run(shown, folder, pool)
     if not quiet:
         tuning.show(preferences)
         show_files(folder, count(len(models), "model"))

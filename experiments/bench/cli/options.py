@@ -1,4 +1,4 @@
-"""Options that several commands share, and the folder and the resources of a run that they ask for."""
+"""Options that several commands share, and the folder and the workers of a run that they ask for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from experiments.bench.run.runs import Resources
+    from experiments.bench.run.workers import Workers as Pool
     from experiments.bench.sources.pictures import Pictures
 
 EXIT_FAILED = 1
@@ -48,11 +48,11 @@ Trial = Annotated[int | None, typer.Option(metavar="N", help="Trial or episode; 
 Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
 
 
-def resources(workers: int | None, cluster: str | None, quiet: bool) -> Resources:
-    """Return what these options say a run is done with."""
-    from experiments.bench.run.runs import Resources, worker_count
+def pool(workers: int | None, cluster: str | None, quiet: bool) -> Pool:
+    """Return the workers that these options ask for."""
+    from experiments.bench.run.workers import Workers as Pool
 
-    return Resources(worker_count(workers), cluster, quiet)
+    return Pool(workers, cluster, quiet=quiet)
 
 
 def width_height(size: str | None) -> tuple[int, int] | None:

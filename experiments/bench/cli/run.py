@@ -52,9 +52,9 @@ def run(
     if experiment is None:
         raise UsageError("colias run: give an experiment, or --again RUN")
     declared = registry.find(experiment)
-    means = options.resources(workers, cluster, quiet)
+    pool = options.pool(workers, cluster, quiet)
     done = perform(
-        declared, options.results_folder(out, declared.name), means, recordings=recordings,
+        declared, options.results_folder(out, declared.name), pool, recordings=recordings,
         models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
         pictures=options.own_pictures(pictures),
     )  # fmt: skip
@@ -148,9 +148,9 @@ def behave(
 
     batch = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
     folder = options.results_folder(out, f"behave-{Path(names[0]).stem}")
-    means = options.resources(workers, cluster, quiet)
-    with means.pool() as pool:
-        report = behaving.run(batch, folder, pool, means, recordings=episodes if recordings else 0)
+    pool = options.pool(workers, cluster, quiet)
+    with pool.running():
+        report = behaving.run(batch, folder, pool, recordings=episodes if recordings else 0)
     if not quiet and report.done:
         where, changed = batch.description["env"], batch.description["options"]
         behaviours.show(report.summary, behaviours.caption(where, changed, episodes, seed))
@@ -183,7 +183,7 @@ def train(
 
     abouts = training.plan(env, steps, seed, envs, seeds, assignments or ())
     folder = options.results_folder(out, f"train-{env}")
-    report, table = training.run(abouts, folder, options.resources(workers, None, quiet))
+    report, table = training.run(abouts, folder, options.pool(workers, None, quiet))
     if not quiet and report.done:
         title = training.described(abouts)
         behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)

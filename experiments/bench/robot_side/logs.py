@@ -36,8 +36,9 @@ from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.models import ConfiguredModel, ask, look_up
 from experiments.bench.run.play import Sample, Showing, Trial, play
 from experiments.bench.run.rows import COLUMN, OBSERVER
-from experiments.bench.run.runs import Batch, Resources
+from experiments.bench.run.runs import Batch
 from experiments.bench.run.user_code import sha256
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.robot import MARK, TRUE
@@ -443,8 +444,8 @@ def run(trials: Batch[LogTrial], out: Path, *, quiet: bool = False) -> Run:
     quiet
         Whether to show no progress.
     """
-    resources = Resources(workers=0, quiet=quiet)
-    with resources.pool(rendering=False) as pool, trials.run(out, pool, resources) as folder:
+    pool = Workers(0, quiet=quiet)
+    with pool.running(rendering=False), trials.run(out, pool) as folder:
         return conclude(trials.description, folder)
 
 

@@ -8,7 +8,6 @@ are all a `Batch`. Footage is not: it is a stream without a plan.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
@@ -20,63 +19,17 @@ import polars as pl
 
 from colias_sim import GLUnavailable
 from dsnn import forms
-from experiments.bench.report.terminal import count, error_console, progress
+from experiments.bench.report.terminal import error_console, progress
 from experiments.bench.run import provenance
-from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import rate_notes
 from experiments.bench.run.parameters import Parameters
 from experiments.bench.run.play import Trial
 from experiments.bench.run.rows import Failure, TrialRecord, in_words
-from experiments.bench.run.workers import Workers, finished, open_workers
+from experiments.bench.run.workers import Workers, finished
 
 SHOWN_FAILURES = 10
 """Failures that are named on the terminal; failures.json has all."""
-
-
-@dataclass(frozen=True, slots=True)
-class Resources:
-    """Resources of a run: pool, progress and the like.
-
-    Parameters
-    ----------
-    workers
-        Number of worker processes on this machine; 0 runs every job in this process.
-    cluster
-        Address of a Dask scheduler, used instead of local workers.
-    quiet
-        Whether to print neither plans nor progress.
-    """
-
-    workers: int
-    cluster: str | None = None
-    quiet: bool = False
-
-    def where(self) -> str:
-        """Return what jobs run on: ``on 2 workers``."""
-        return f"on {self.cluster or count(max(self.workers, 1), 'worker')}"
-
-    @contextmanager
-    def pool(self, *, rendering: bool = True) -> Iterator[Workers]:
-        """Open a pool of workers, and close it at the end of the block.
-
-        Raises `GLUnavailable` where ``rendering`` is asked of this machine and it has no OpenGL.
-        """
-        if rendering and self.cluster is None:
-            from colias_sim.reference import reference_hash
-
-            reference_hash()  # no trial is begun where nothing can be drawn
-        with open_workers(self.workers, self.cluster) as pool:
-            yield pool
-
-
-def worker_count(given: int | None) -> int:
-    """Return the number of worker processes asked for, or one for each core that this process may use."""
-    if given is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if isinstance(given, bool) or not isinstance(given, int) or not 0 <= given <= 256:
-        raise UsageError(f"--workers must be between 0 and 256, got {given}")
-    return given
 
 
 AnyTrial = TypeVar("AnyTrial", bound=Trial)
@@ -116,7 +69,7 @@ class Batch(Generic[AnyTrial]):
     size: Callable[[AnyTrial], float] = lambda _: 1.0
 
     @contextmanager
-    def run(self, out: Path, pool: Workers, resources: Resources) -> Iterator[RunFolder]:
+    def run(self, out: Path, pool: Workers) -> Iterator[RunFolder]:
         """Do the jobs that a folder lacks, with progress, and close it at the end of the block.
 
         Yields
@@ -133,9 +86,9 @@ class Batch(Generic[AnyTrial]):
             folder.enter(self.description, [spec.index for spec in self.specs])
             done = folder.done()
             left = [spec for spec in self.specs if spec.index not in done]
-            if not resources.quiet:
+            if not pool.quiet:
                 known = f"{len(done)} of them done already"
-                how = f"{resources.where()}{f'; {known}' if done else ''}" if left else f"complete: all {known}"
+                how = f"{pool.where()}{f'; {known}' if done else ''}" if left else f"complete: all {known}"
                 place = f"{'into' if left else 'in'} {out}"
                 error_console.print(f"{self.name}: {len(self.specs)} {self.things}, {how}, {place}")
                 if note := forms.note():
@@ -143,7 +96,7 @@ class Batch(Generic[AnyTrial]):
             for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not
                 error_console.print(f"note: {note}")
             whole = sum(map(self.size, left))
-            with progress(self.name, len(left), resources.quiet, self.things, whole=whole) as advance:
+            with progress(self.name, len(left), pool.quiet, self.things, whole=whole) as advance:
                 try:
                     self._play(left, folder, pool, advance)
                 except BaseException:

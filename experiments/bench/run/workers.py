@@ -14,6 +14,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from multiprocessing import resource_tracker
 from typing import Any, TypeVar
 
+from experiments.bench.report.terminal import count
 from experiments.bench.run import interrupts
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.user_code import of_users, traced
@@ -29,14 +30,16 @@ DIED = "its worker process died, and died again when the trial was repeated alon
 
 
 class Workers:
-    """Executor of jobs that is renewed when one of its processes dies.
+    """Executor of a run's jobs, that is renewed when one of its processes dies.
 
     Parameters
     ----------
-    count
-        Number of worker processes; 0 runs each job in this process, for debuggers.
+    number
+        Number of worker processes; otherwise one for each core. 0 runs each job in this process, for debuggers.
     cluster
         Address of a Dask scheduler, used instead.
+    quiet
+        Whether runs print neither plans nor progress.
 
     Attributes
     ----------
@@ -45,15 +48,39 @@ class Workers:
 
     Raises
     ------
-    OSError
-        There is no Dask scheduler with workers at that address.
+    UsageError
+        There cannot be so many.
     """
 
-    def __init__(self, count: int, cluster: str | None = None) -> None:
-        self._count, self._address = count, cluster
-        self._client = _client(cluster) if cluster else None
-        self.width = sum(self._client.nthreads().values()) if self._client else max(count, 1)
-        self.renew()
+    def __init__(self, number: int | None = None, cluster: str | None = None, *, quiet: bool = False) -> None:
+        self._count, self._address, self.quiet = worker_count(number), cluster, quiet
+        self._client: Any = None
+        self.width = max(self._count, 1)
+
+    def where(self) -> str:
+        """Return what jobs run on: ``on 2 workers``."""
+        return f"on {self._address or count(self.width, 'worker')}"
+
+    @contextlib.contextmanager
+    def running(self, *, rendering: bool = True) -> Iterator[Workers]:
+        """Start the processes, or connect to the cluster, and let them go at the end of the block.
+
+        Raises `GLUnavailable` where ``rendering`` is asked of this machine and it has no OpenGL, and ``OSError`` where
+        no Dask scheduler with workers answers.
+        """
+        if rendering and self._address is None:
+            from colias_sim.reference import reference_hash
+
+            reference_hash()  # no trial is begun where nothing can be drawn
+        with interrupts.once():
+            if self._address is not None:
+                self._client = _client(self._address)
+                self.width = sum(self._client.nthreads().values())
+            self.renew()
+            try:
+                yield self
+            finally:
+                self.close()
 
     def renew(self) -> None:
         """Start new processes in place of a pool that broke."""
@@ -100,15 +127,13 @@ class _Here(Executor):
         return future
 
 
-@contextlib.contextmanager
-def open_workers(count: int, cluster: str | None = None) -> Iterator[Workers]:
-    """Yield ``count`` worker processes (0: none), or the cluster at an address, and close them after the block."""
-    with interrupts.once():
-        workers = Workers(count, cluster)
-        try:
-            yield workers
-        finally:
-            workers.close()
+def worker_count(given: int | None) -> int:
+    """Return the number of worker processes asked for, or one for each core that this process may use."""
+    if given is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if isinstance(given, bool) or not isinstance(given, int) or not 0 <= given <= 256:
+        raise UsageError(f"--workers must be between 0 and 256, got {given}")
+    return given
 
 
 def finished(

@@ -7,7 +7,7 @@ import pytest
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.new import KINDS, write
-from experiments.bench.run import runs as batch
+from experiments.bench.run import workers
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.user_code import declared
 from tests.helpers.envs import end_after
@@ -25,7 +25,7 @@ SHORT = {
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(batch, "worker_count", lambda given: 0)
+    monkeypatch.setattr(workers, "worker_count", lambda given: 0)
     end_after(30, monkeypatch)
     return tmp_path
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import experiments
-from experiments.bench.run.workers import DIED, Workers, finished, open_workers
+from experiments.bench.run.workers import DIED, Workers, finished
 
 
 def die_or_double(job):
@@ -30,6 +30,10 @@ def complain(job):
     return 2 * job[0]
 
 
+def started(number, cluster=None):
+    return Workers(number, cluster).running(rendering=False)
+
+
 def run(workers, work, numbers, folder="", fatal=()):
     done, failed = [], {}
     for job, result, trouble in finished([(number, str(folder)) for number in numbers], work, workers, fatal):
@@ -41,7 +45,7 @@ def run(workers, work, numbers, folder="", fatal=()):
 
 
 def test_a_job_whose_worker_dies_is_repeated_and_named_if_it_dies_again(tmp_path):
-    with open_workers(2) as pool:
+    with started(2) as pool:
         done, failed = run(pool, die_or_double, range(20), tmp_path)
     assert done == [2 * n for n in range(20) if n != 13]
     assert failed == {13: DIED}
@@ -57,14 +61,14 @@ def local_cluster():
 
 @contextlib.contextmanager
 def dask():
-    with local_cluster() as cluster, open_workers(0, cluster.scheduler_address) as pool:
+    with local_cluster() as cluster, started(0, cluster.scheduler_address) as pool:
         yield pool
 
 
 POOLS = {
-    "here": lambda: open_workers(0),
-    "one worker": lambda: open_workers(1),
-    "two": lambda: open_workers(2),
+    "here": lambda: started(0),
+    "one worker": lambda: started(1),
+    "two": lambda: started(2),
     "dask": dask,
 }
 
@@ -90,7 +94,7 @@ def test_a_cluster_that_is_lost_ends_the_run():
     jobs = [(number, "") for number in range(10_000)]
     with (
         local_cluster() as cluster,
-        open_workers(0, cluster.scheduler_address) as pool,
+        started(0, cluster.scheduler_address) as pool,
         pytest.raises(OSError, match="cluster"),
     ):
         for job, _, trouble in finished(jobs, doze, pool):
@@ -113,7 +117,7 @@ def test_a_cluster_plays_a_run_to_equal_rows(tmp_path):
 
 
 def test_a_fatal_error_ends_the_run():
-    with pytest.raises(ValueError, match="three"), open_workers(1) as pool:
+    with pytest.raises(ValueError, match="three"), started(1) as pool:
         run(pool, complain, range(6), fatal=(ValueError,))
-    with pytest.raises(ValueError, match="three"):
-        run(Workers(0), complain, range(6), fatal=(ValueError,))
+    with pytest.raises(ValueError, match="three"), started(0) as pool:
+        run(pool, complain, range(6), fatal=(ValueError,))
