@@ -22,7 +22,6 @@ from experiments.bench.run.description import begin_whole, begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import look_up
-from experiments.bench.run.rows import Failure
 from experiments.bench.run.settings import check_counts, collect, schema_of
 from experiments.bench.run.streams import stream
 from experiments.bench.run.workers import Workers
@@ -293,7 +292,7 @@ class Fitted:
     importance: Mapping[str, float]
     looks: int
     sentences: Sequence[str]
-    failures: Sequence[Failure] = ()
+    failures: Sequence[Mapping[str, Any]] = ()
 
 
 # Running it.
@@ -351,7 +350,7 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Fitted:
     search: Any = optuna.create_study(direction="maximize")
     settings: list[Setting] = []
     searched = pl.DataFrame(schema=RESULTS)
-    failures: list[Failure] = []
+    failures: list[dict[str, Any]] = []
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
         study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)

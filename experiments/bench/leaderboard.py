@@ -26,7 +26,6 @@ from experiments.bench.run.description import begin_whole
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import ModelRunner
-from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers
@@ -562,7 +561,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
     return {runner.label: taken[runner.label][1:] for runner in runners if not runner.trouble}
 
 
-def run(planned: Boards, folder: Path, pool: Workers) -> tuple[dict[str, pl.DataFrame], list[Failure]]:
+def run(planned: Boards, folder: Path, pool: Workers) -> tuple[dict[str, pl.DataFrame], list[dict[str, Any]]]:
     """Run what ``folder`` lacks of a `plan`, time the models, and write a table and a figure of each board.
 
     Returns
@@ -579,7 +578,7 @@ def run(planned: Boards, folder: Path, pool: Workers) -> tuple[dict[str, pl.Data
 
     begin_whole(folder, "leaderboard")
     responses: dict[str, pl.DataFrame] = {}
-    failures: list[Failure] = []
+    failures: list[dict[str, Any]] = []
     with pool.running():
         for part, batches in planned.items():
             rows: list[dict[str, Any]] = []

@@ -26,7 +26,6 @@ from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, plain
-from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import motion
@@ -302,7 +301,7 @@ class Reproduction:
     offline: list[Run]
     behaviours: list[Run]
     studies: list[Sweep]
-    failures: Mapping[str, Sequence[Failure]]
+    failures: Mapping[str, Sequence[Mapping[str, Any]]]
 
 
 def reproduce(folder: Path, plans: Plans, pool: Workers) -> Reproduction:
@@ -335,7 +334,7 @@ def reproduce(folder: Path, plans: Plans, pool: Workers) -> Reproduction:
             counts[name] = sweep.play(study, folder / name, pool)
             failures[name] = counts[name].failures
     for done in [*runs, *clips, *played]:
-        failures[done.folder.name] = [Failure(**row) for row in done.failures.to_dicts()]
+        failures[done.folder.name] = done.failures.to_dicts()
     shows = [(part, whole_networks(done)) for part, done in zip(plans.clips, clips, strict=True)]
     specs = [spec for part in plans.paper() for spec in part.specs]
     every = [replicate(specs, [row for done in runs for row in whole_networks(done)])]
@@ -529,7 +528,9 @@ def _with(label: str, settings: str) -> str:
     return f"{label}{',' if ':' in label else ':'}{settings}" if label and settings else label
 
 
-def judge_models(folder: Path, models: Sequence[str], seed: int, pool: Workers) -> tuple[list[Verdict], list[Failure]]:
+def judge_models(
+    folder: Path, models: Sequence[str], seed: int, pool: Workers
+) -> tuple[list[Verdict], list[dict[str, Any]]]:
     """Show models the clips that the claims of their own papers are about, judge, and write ``model_claims.json``.
 
     Parameters
@@ -545,14 +546,14 @@ def judge_models(folder: Path, models: Sequence[str], seed: int, pool: Workers) 
 
     Returns
     -------
-    list of Verdict, list of Failure
+    list of Verdict, list of mapping
         A verdict for each claim and model, and the clips that failed.
     """
     wanted = asked(models)
     labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in (claim.model, claim.than) if label))
     groups = dict.fromkeys(group for claim, _ in wanted for group in claim.groups)
     rows: list[dict[str, Any]] = []
-    failures: list[Failure] = []
+    failures: list[dict[str, Any]] = []
     thresholds: dict[str, float | None] = {}
     with pool.running():
         for name, repeats in (("even", 1), ("gratings", SEEDS)):

@@ -21,7 +21,7 @@ from experiments.bench.run.description import BEGUN, KIND, THRESHOLDS, begun, re
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.models import counted_channel
-from experiments.bench.run.rows import Failure, columns_of, table
+from experiments.bench.run.rows import FAILURE, columns_of, table
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.excitation import without_parts
 from experiments.bench.stats import stored
@@ -153,7 +153,7 @@ class Run:
     @cached_property
     def failures(self) -> pl.DataFrame:
         """A row per trial, model in a trial, or recording that failed: trial, model, condition, seed, reason."""
-        return table(self._json("failures.json"), columns_of(Failure))
+        return table(self._json("failures.json"), FAILURE)
 
     @property
     def recordings(self) -> list[Path]:

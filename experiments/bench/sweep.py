@@ -22,7 +22,7 @@ from experiments.bench.replicates import Replicate, judged, of_model, of_models
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files, new_folder
 from experiments.bench.run.play import FRAMES, Trial, show, tabulate
-from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
+from experiments.bench.run.rows import TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clips
@@ -58,7 +58,7 @@ class Sweep:
 
     plan: SweepPlan
     replicates: Replicates
-    failures: Sequence[Failure] = ()
+    failures: Sequence[Mapping[str, Any]] = ()
 
     @cached_property
     def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
@@ -158,7 +158,7 @@ class Sweep:
         }  # fmt: skip
 
 
-def read(plan: SweepPlan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Failure] = ()) -> Sweep:
+def read(plan: SweepPlan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Mapping[str, Any]] = ()) -> Sweep:
     """Return the result of a sweep from the rows of ``trials.parquet`` that there are.
 
     Models go by their names without the grid's values.

@@ -20,7 +20,7 @@ from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
-from experiments.bench.run.rows import Failure, TrialRecord, drawn_here, group
+from experiments.bench.run.rows import TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import applied, changed, check_counts, collect, described
 from experiments.bench.run.settings import assignments as of_mapping
@@ -288,7 +288,7 @@ def conclude(description: Mapping[str, Any], folder: RunFolder) -> Run:
 
 
 def _verdicts(
-    experiment: Experiment, models: Sequence[ConfiguredModel], rows: Sequence[Any], failures: Sequence[Failure]
+    experiment: Experiment, models: Sequence[ConfiguredModel], rows: Sequence[Any], failures: Sequence[Any]
 ) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
     claims = [find_claim(claim, "robot") for claim in experiment.claims]
@@ -303,7 +303,7 @@ def _verdicts(
     verdicts = []
     for claim, label, threshold, about in asked:
         judged = judge(claim, about, threshold)
-        lost = sum(failure.model in ("", label, *claim.models) for failure in failures)
+        lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
         verdict = Verdict.of(claim, [judged], model=label, experiment=experiment.name)
         verdicts.append(dataclasses.replace(verdict, outcome=judged.noting([failed])))

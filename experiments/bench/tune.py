@@ -20,7 +20,6 @@ from experiments.bench.run import provenance, settings
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import FRAMES, Trial, play
-from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, Clip
@@ -162,7 +161,9 @@ def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str]
     ]
 
 
-def run(shown: Sequence[Job], out: Path, pool: Workers) -> tuple[pl.DataFrame, list[dict[str, Any]], list[Failure]]:
+def run(
+    shown: Sequence[Job], out: Path, pool: Workers
+) -> tuple[pl.DataFrame, list[dict[str, Any]], list[dict[str, Any]]]:
     """Show the clips that the folder ``out`` lacks; write ``tuning.csv``, ``preferences.csv`` and a figure a family.
 
     Returns

@@ -27,7 +27,6 @@ from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, model_texts, rate_notes, shown_models
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import Sample, Showing, Trial, play
-from experiments.bench.run.rows import Failure
 from experiments.bench.run.runs import tell
 from experiments.bench.run.settings import assignments, changed, check_counts, collect, watchers
 from experiments.bench.run.user_code import is_own
@@ -212,7 +211,7 @@ def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False,
             try:
                 folder.add(play(trial, images=False, watch=see), source.label(), trial.seed)
             except TrialError as error:
-                folder.fail(Failure(0, "", source.label(), trial.seed, str(error)))
+                folder.fail(0, source.label(), trial.seed, str(error))
         frames = folder.table("frames")
         one = frames.filter(pl.col("model") == frames["model"][0]) if frames.height else frames
         time_s = one["time_s"].to_numpy()

@@ -32,7 +32,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import NAME as DESCRIPTION
 from experiments.bench.run.files import Files, read_parquet
 from experiments.bench.run.parameters import Parameters, of_model, with_columns
-from experiments.bench.run.rows import RECORDING, Failure, TrialRecord, table
+from experiments.bench.run.rows import FAILURE, RECORDING, TrialRecord, table
 
 RECORDINGS, LOCK, FAILURES = "recordings", ".lock", "failures.json"
 
@@ -109,7 +109,7 @@ class RunFolder(Files):
         self._schemas = {"trials": with_columns(trial_schema, self._parameters), "frames": frame_schema}
         self.recordings = folder / RECORDINGS
         self._done: set[int] = set()
-        self._failures: list[Failure] = []
+        self._failures: list[dict[str, Any]] = []
         self._renderers: dict[str, list[str]] = {}
         self._changed = ""
         self._lock = FileLock(self.path(LOCK), timeout=0)
@@ -149,8 +149,7 @@ class RunFolder(Files):
         """Take in the trials that are done, and which models failed in them; other trials are to be done again."""
         self._done = set(self.table("trials")["trial"])
         listed = json.loads(self.path(FAILURES).read_text(encoding="utf-8")) if self.path(FAILURES).exists() else []
-        failures = [Failure(**item) for item in listed]
-        self._failures = [failure for failure in failures if failure.model and failure.trial in self._done]
+        self._failures = [failure for failure in listed if failure["model"] and failure["trial"] in self._done]
 
     def close(self) -> None:
         """Let other processes write here."""
@@ -168,35 +167,35 @@ class RunFolder(Files):
     def add(self, trial: TrialRecord, condition: str, seed: int) -> None:
         """Write a finished trial: its recording, its frames, its models' failures, then its rows.
 
-        A recording that could not be made is a failure of its own, which names ``condition`` and ``seed``.
+        Failures name its ``condition`` and ``seed``; a recording that could not be made is one of its own.
         """
         rows = [{**row, **of_model(self._parameters, row.get("model", ""))} for row in trial.rows]
         for row in rows:
             if odd := sorted({*self._schemas["trials"]} ^ row.keys()):
                 raise ValueError(f"trial {trial.index}: rows and table differ in the columns {', '.join(odd)}")
-        failures = list(trial.failures)
+        troubles = dict(trial.troubles)
         if isinstance(trial.recording, bytes):
             self.write_bytes(self.recording(trial.index), trial.recording)
         elif trial.recording:
-            failures.append(Failure(trial.index, RECORDING, condition, seed, trial.recording))
+            troubles[RECORDING] = trial.recording
         if trial.renderer and trial.pixels not in (known := self._renderers.setdefault(trial.renderer, [])):
             known.append(trial.pixels)
             self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self._renderers})
         self.path(PARTS).mkdir(exist_ok=True)
         self.write_table(_part(self.folder, trial.index, "frames"), trial.frames)
-        for failure in failures:
-            self.fail(failure)
+        for model, reason in troubles.items():
+            self.fail(trial.index, condition, seed, reason, model)
         self.write_table(_part(self.folder, trial.index, "trials"), table(rows, self._schemas["trials"]))
         self._done.add(trial.index)
 
-    def fail(self, failure: Failure) -> None:
-        """Note what could not be done: a trial, a model in one, or its recording."""
-        self._failures.append(failure)
+    def fail(self, trial: int, condition: str, seed: int, reason: str, model: str = "") -> None:
+        """Note what could not be done: a trial, a ``model`` in one, or its recording."""
+        self._failures.append(dict(zip(FAILURE, (trial, model, condition, seed, reason), strict=True)))
         self.write_json(FAILURES, self.failures())
 
-    def failures(self) -> list[Failure]:
-        """Return what failed so far, in order of trial."""
-        return sorted(self._failures, key=lambda failure: (failure.trial, failure.model))
+    def failures(self) -> list[dict[str, Any]]:
+        """Return what failed so far, rows of `experiments.bench.run.rows.FAILURE` in order of trial."""
+        return sorted(self._failures, key=lambda failure: (failure["trial"], failure["model"]))
 
     def flush(self) -> None:
         """Join the trials' own files into the tables, and bring the list of failures up to date."""

@@ -19,7 +19,7 @@ from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.bench.run.errors import TrialError, UsageError, short
 from experiments.bench.run.models import ConfiguredModel, family
-from experiments.bench.run.rows import FRAME, RESPONSES, Failure, TrialRecord, recording_of
+from experiments.bench.run.rows import FRAME, RESPONSES, TrialRecord, recording_of
 from experiments.bench.run.settings import changed, collect
 from experiments.bench.run.user_code import traced
 
@@ -310,10 +310,6 @@ class Showing:
         """Return each model that responded to every frame, with its responses."""
         return [(runner.chosen, series) for runner in self.runners if (series := runner.series()) is not None]
 
-    def troubles(self) -> dict[str, str]:
-        """Return the label of each model that raised, with its traceback."""
-        return {runner.label: runner.trouble for runner in self.runners if runner.trouble}
-
     def truth(self) -> pl.DataFrame:
         """Return what is true of the frames, a row each."""
         shown = self.samples
@@ -356,9 +352,13 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
                     watch(showing)
             showings.append(showing)
     if not any(showing.series() for showing in showings):
-        troubles = {label: text for showing in showings for label, text in showing.troubles().items()}
-        raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in troubles.items()))
+        raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in troubles(showings).items()))
     return showings
+
+
+def troubles(showings: Iterable[Showing]) -> dict[str, str]:
+    """Return the label of each model that raised, with its traceback."""
+    return {one.label: one.trouble for showing in showings for one in showing.runners if one.trouble}
 
 
 def play(
@@ -448,9 +448,4 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
                 tables[model.label] = index.select(columns.names()).cast(columns)
     labels = [model.label for model in trial.models if model.label in rows]
     kept = pl.concat([tables[label] for label in labels]) if frames else pl.DataFrame(schema=columns)
-    failures = tuple(
-        Failure(trial.index, label, trial.condition.label(), trial.seed, trouble)
-        for showing in showings
-        for label, trouble in showing.troubles().items()
-    )
-    return TrialRecord(trial.index, tuple(rows[label] for label in labels), kept, None, failures)
+    return TrialRecord(trial.index, tuple(rows[label] for label in labels), kept, None, troubles(showings))

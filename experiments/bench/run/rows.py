@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 from experiments.bench.run.user_code import traced
@@ -68,8 +68,8 @@ class TrialRecord:
     frames: pl.DataFrame
     recording: bytes | str | None
     """Bytes of an .rrd file, or why there is none; ``None`` where none was asked for."""
-    failures: tuple[Failure, ...] = ()
-    """Failures of single models; the rows of the others are there."""
+    troubles: Mapping[str, str] = field(default_factory=dict)
+    """Model that failed -> the traceback of what it raised; the rows of the others are there."""
     renderer: str = ""
     """Renderer of its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
     pixels: str = ""
@@ -81,31 +81,20 @@ class TrialRecord:
                 raise ValueError(f"trial {self.index}: {name} must be a finite number, or None, got {value}")
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """A trial, a model in it, or its recording, that failed, and why."""
-
-    trial: int
-    model: str
-    """Empty for a whole trial, `RECORDING` for its recording."""
-    condition: str
-    seed: int
-    reason: str
-    """The traceback of what was raised, or one line where an input was refused."""
-
-    def __str__(self) -> str:
-        what = f"{self.model} failed in trial {self.trial}" if self.model else f"trial {self.trial} failed"
-        if self.model == RECORDING:
-            what = f"trial {self.trial} has no recording"
-        return f"{what} ({self.condition}): {self.reason}"
+FAILURE: Mapping[str, type] = {"trial": int, "model": str, "condition": str, "seed": int, "reason": str}
+"""Columns of what failed: a trial, a model in it, or its recording. ``model`` is empty for a whole trial, `RECORDING`
+for its recording; ``reason`` is a traceback, or one line where an input was refused."""
 
 
-def in_words(failures: Iterable[Failure]) -> list[str]:
-    """Return failures as texts, grouped by their reason."""
-    alike: dict[tuple[str, str], list[Failure]] = {}
-    for failure in failures:
-        alike.setdefault((failure.model, failure.reason), []).append(failure)
-    return [str(first) + f"\nThe same in {len(others)} more" * bool(others) for first, *others in alike.values()]
+def in_words(failures: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Return rows of `FAILURE` as texts, grouped by their reason."""
+    texts = []
+    for (model, reason), (first, *others) in group(failures, "model", "reason").items():
+        trial, more = first["trial"], f"\nThe same in {len(others)} more" * bool(others)
+        what = f"{model} failed in trial {trial}" if model else f"trial {trial} failed"
+        what = f"trial {trial} has no recording" if model == RECORDING else what
+        texts.append(f"{what} ({first['condition']}): {reason}{more}")
+    return texts
 
 
 def recording_of(make: Callable[[], bytes]) -> bytes | str:

@@ -25,7 +25,7 @@ from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import rate_notes
 from experiments.bench.run.parameters import Parameters
 from experiments.bench.run.play import Trial
-from experiments.bench.run.rows import Failure, TrialRecord, in_words
+from experiments.bench.run.rows import TrialRecord, in_words
 from experiments.bench.run.workers import Workers, finished
 
 SHOWN_FAILURES = 10
@@ -116,7 +116,7 @@ class Batch(Generic[AnyTrial]):
         try:
             for spec, done, trouble in finished(left, work, pool, fatal=(GLUnavailable, provenance.OtherCode)):
                 if done is None:
-                    folder.fail(Failure(spec.index, "", spec.condition.label(), spec.seed, trouble))
+                    folder.fail(spec.index, spec.condition.label(), spec.seed, trouble)
                 else:
                     folder.add(done, spec.condition.label(), spec.seed)
                 advance(self.size(spec))

@@ -99,11 +99,11 @@ def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(run, kind, tmp_
     record = RUNS[run]((choose(str(path)), choose("dsnn")))
     assert rows_of(record, "dsnn") == rows_of(RUNS[run]((choose("dsnn"),)), "dsnn")
     assert {row["model"] for row in record.rows} == {"dsnn"}
-    (failure,) = record.failures
-    assert failure.model == "gradient"
+    (trouble,) = record.troubles.values()
+    assert [*record.troubles] == ["gradient"]
     line = next(n for n, text in enumerate(path.read_text().splitlines(), 1) if BREAKS[kind] in text)
     where = f'File "{path}", line {line}, in step' if not BREAKS[kind].startswith("return") else "in frame 5, "
-    assert where in failure.reason
+    assert where in trouble
 
 
 def test_trials_without_a_working_model_fail_and_resume(colias):
