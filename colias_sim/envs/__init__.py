@@ -94,42 +94,38 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 import gymnasium as gym
 
-from colias_sim.envs.avoidance import ENTRY as AVOIDANCE
-from colias_sim.envs.fixation import ENTRY as FIXATION
-from colias_sim.envs.measures import RETURN, EnvEntry, EpisodeColumn, EpisodeMeasure
-from colias_sim.envs.optomotor import ENTRY as OPTOMOTOR
-from colias_sim.envs.pursuit import ENTRY as PURSUIT
+from colias_sim.envs.avoidance import Avoidance
+from colias_sim.envs.base import ColiasEnv
+from colias_sim.envs.fixation import Fixation
+from colias_sim.envs.measures import COLLISIONS, RETURN, EpisodeColumn
+from colias_sim.envs.optomotor import Optomotor
+from colias_sim.envs.pursuit import Pursuit
 from colias_sim.envs.randomise import FACTORS, PRESETS
 from colias_sim.envs.senses import NEURAL
 from colias_sim.envs.state import Other, State
 
 __all__ = [
-    "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "EnvEntry", "EpisodeColumn", "EpisodeMeasure", "Other", "State",
-    "register_envs",
+    "COLLISIONS", "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "EpisodeColumn", "Other", "State", "register_envs",
 ]  # fmt: skip
 
-ENVS: Mapping[str, EnvEntry] = MappingProxyType(
-    {
-        "colias_sim/Avoidance-v0": AVOIDANCE,
-        "colias_sim/Fixation-v0": FIXATION,
-        "colias_sim/Optomotor-v0": OPTOMOTOR,
-        "colias_sim/Pursuit-v0": PURSUIT,
-    }
+ENVS: Mapping[str, type[ColiasEnv[Any]]] = MappingProxyType(
+    {f"colias_sim/{env.__name__}-v0": env for env in (Avoidance, Fixation, Optomotor, Pursuit)}
 )
-"""The registered envs: Gymnasium's id -> the `EnvEntry` in the env's own file. A new env is a file and a line here."""
+"""The registered envs: Gymnasium's id -> class. A new env is a file and a name here."""
 
 
 def register_envs() -> None:
     """Register `ENVS` with ``gymnasium.make`` and ``gymnasium.make_vec``. A second call does nothing."""
-    for name, entry in ENVS.items():
+    for name, env in ENVS.items():
         if name not in gym.registry:
             gym.register(
                 name,
-                entry_point=entry.entry_point,
-                max_episode_steps=entry.max_episode_steps,
+                entry_point=f"{env.__module__}:{env.__name__}",
+                max_episode_steps=env.max_episode_steps,
                 # Gymnasium's checker looks at the first reset alone. Where that one raises, say for a wrong option,
                 # every later step fails in the checker. The tests run `check_env` on each env instead.
                 disable_env_checker=True,

@@ -11,22 +11,12 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.geometry import random_poses
-from colias_sim.envs.measures import COLLISIONS_PER_METRE, COLLISIONS_PER_MINUTE, FREE_DISTANCE, EnvEntry
+from colias_sim.envs.measures import COLLISIONS
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.world import OBSERVER, parked_robots
 from colias_sim.pose import Pose
 from dsnn.field_docs import unit, with_field_docs
-
-ENTRY = EnvEntry(
-    "colias_sim.envs.avoidance:Avoidance",
-    max_episode_steps=1800,
-    summary="wander about without touching anything",
-    baselines=("random-walk", "straight", "oracle-ways"),
-    measures=(COLLISIONS_PER_MINUTE, COLLISIONS_PER_METRE, FREE_DISTANCE),
-    note="An episode ends with its first collision. Intervals are those of Poisson rates.",
-    draws_paths=True,
-)
 
 
 @with_field_docs
@@ -75,6 +65,12 @@ class Avoidance(ColiasEnv[AvoidanceOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = AvoidanceOptions
+    max_episode_steps = 1800
+    summary = "wander about without touching anything"
+    baselines = ("random-walk", "straight", "oracle-ways")
+    collisions = COLLISIONS
+    note = "An episode ends with its first collision. Intervals are those of Poisson rates."
+    draws_paths = True
 
     def _others(self) -> Mapping[str, str]:
         moving = min(self.options.moving, self.options.robots)

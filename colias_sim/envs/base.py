@@ -6,6 +6,7 @@ import inspect
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic
 
 import gymnasium as gym
@@ -15,6 +16,7 @@ from gymnasium import error, spaces
 
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
+from colias_sim.envs.measures import EpisodeColumn
 from colias_sim.envs.options import EnvOptions, Options, checked
 from colias_sim.envs.randomise import draw, ends, given_values
 from colias_sim.envs.scripted import Driver
@@ -48,8 +50,8 @@ HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
 class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     """Base class of the envs: Gymnasium's contract for one robot with a camera.
 
-    A subclass declares its keyword arguments as a dataclass (``options_type``), the other robots (`_others`), the
-    start of an episode (`_begin`) and the reward (`_reward`).
+    A subclass declares its keyword arguments as a dataclass (``options_type``), what is measured of its episodes, the
+    other robots (`_others`), the start of an episode (`_begin`) and the reward (`_reward`).
 
     Parameters
     ----------
@@ -66,6 +68,22 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012
     options_type: ClassVar[type[EnvOptions]] = EnvOptions
+    max_episode_steps: ClassVar[int]
+    """Number of steps after which an episode is truncated."""
+    summary: ClassVar[str]
+    """The task, in a few words."""
+    baselines: ClassVar[tuple[str, ...]] = ()
+    """Behaviours for comparison: a random walk, driving straight, and an oracle that receives the world's state."""
+    columns: ClassVar[tuple[EpisodeColumn, ...]] = ()
+    """The columns of its table of episodes in addition to the common ones."""
+    measures: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """Heading, with the unit, of each measure -> the column whose mean over episodes it is; without the return."""
+    collisions: ClassVar[tuple[str, ...]] = ()
+    """Its measures of collisions, from `colias_sim.envs.measures.COLLISIONS`."""
+    note: ClassVar[str] = ""
+    """A sentence or two printed under the table of measures."""
+    draws_paths: ClassVar[bool] = False
+    """Whether a figure of its episodes shows the observer's paths from above."""
     options: Options
 
     def __init_subclass__(cls, **kwargs: Any) -> None:

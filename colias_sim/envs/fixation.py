@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import TargetEnv
 from colias_sim.envs.geometry import HULL_RADIUS, random_poses
-from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, TIME_ON_TARGET, EnvEntry, EpisodeColumn, EpisodeMeasure
+from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, EpisodeColumn
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Orbit
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
@@ -22,20 +22,6 @@ from dsnn.field_docs import unit, with_field_docs
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
-
-ENTRY = EnvEntry(
-    "colias_sim.envs.fixation:Fixation",
-    max_episode_steps=600,
-    summary="keep a moving robot in the middle of the view",
-    baselines=("random-walk", "straight", "oracle-target"),
-    measures=(
-        TIME_ON_TARGET,
-        EpisodeMeasure("off axis (deg)", "mean", "off_axis_deg"),
-        EpisodeMeasure("RMS off axis (deg)", "mean", "rms_off_axis_deg"),
-    ),
-    columns=(IN_VIEW, OFF_AXIS, EpisodeColumn("rms_off_axis_deg", "rms", "bearing_deg")),
-    note="Time on target: the share of frames with the target within 35 degrees of the axis.",
-)
 
 
 @with_field_docs
@@ -100,6 +86,14 @@ class Fixation(TargetEnv[FixationOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = FixationOptions
+    max_episode_steps = 600
+    summary = "keep a moving robot in the middle of the view"
+    baselines = ("random-walk", "straight", "oracle-target")
+    columns = (IN_VIEW, OFF_AXIS, EpisodeColumn("rms_off_axis_deg", "rms", "bearing_deg"))
+    measures: ClassVar = {
+        "time on target": "in_view", "off axis (deg)": "off_axis_deg", "RMS off axis (deg)": "rms_off_axis_deg"
+    }  # fmt: skip
+    note = "Time on target: the share of frames with the target within 35 degrees of the axis."
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)

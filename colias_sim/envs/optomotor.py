@@ -12,29 +12,12 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.geometry import random_poses
-from colias_sim.envs.measures import EnvEntry, EpisodeColumn, EpisodeMeasure
+from colias_sim.envs.measures import EpisodeColumn
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, parked_robots
 from colias_sim.pose import Pose
 from dsnn.field_docs import unit, with_field_docs
-
-ENTRY = EnvEntry(
-    "colias_sim.envs.optomotor:Optomotor",
-    max_episode_steps=450,
-    summary="hold the heading against a turning drum or a push",
-    baselines=("random-walk", "straight", "oracle-heading"),
-    measures=(
-        EpisodeMeasure("optomotor gain", "mean", "optomotor_gain"),
-        EpisodeMeasure("RMS slip (deg/s)", "mean", "rms_slip_deg_s"),
-    ),
-    columns=(
-        EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),
-        EpisodeColumn("rms_slip_deg_s", "rms", "slip_deg_s"),
-    ),
-    note="Gain: 0 for a robot that does nothing, 1 for one whose view never turns. It is a signed mean, in which swings"
-    " to either side cancel; in the RMS slip they do not.",
-)
 
 HARDEST_PUSH_DEG_S = 180.0
 _PUSHED_DEG_S = (0.0, 58.0, 93.0, 130.0, 169.0, 207.0)
@@ -111,6 +94,18 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = OptomotorOptions
+    max_episode_steps = 450
+    summary = "hold the heading against a turning drum or a push"
+    baselines = ("random-walk", "straight", "oracle-heading")
+    columns = (
+        EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),
+        EpisodeColumn("rms_slip_deg_s", "rms", "slip_deg_s"),
+    )
+    measures: ClassVar = {"optomotor gain": "optomotor_gain", "RMS slip (deg/s)": "rms_slip_deg_s"}
+    note = (
+        "Gain: 0 for a robot that does nothing, 1 for one whose view never turns. It is a signed mean, in which swings"
+        " to either side cancel; in the RMS slip they do not."
+    )
 
     def _others(self) -> Mapping[str, str]:
         return parked_robots(self.options.robots)

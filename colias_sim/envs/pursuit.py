@@ -12,35 +12,12 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import TargetEnv
 from colias_sim.envs.geometry import ARENA_RADIUS, gap_to_robot, random_poses
-from colias_sim.envs.measures import (
-    COLLISIONS_PER_MINUTE,
-    IN_VIEW,
-    OFF_AXIS,
-    TIME_ON_TARGET,
-    EnvEntry,
-    EpisodeColumn,
-    EpisodeMeasure,
-)
+from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, PER_MINUTE, EpisodeColumn
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
 from colias_sim.pose import Pose
 from dsnn.field_docs import unit, with_field_docs
-
-ENTRY = EnvEntry(
-    "colias_sim.envs.pursuit:Pursuit",
-    max_episode_steps=900,
-    summary="follow another robot at a set distance",
-    baselines=("random-walk", "straight", "oracle-distance"),
-    measures=(TIME_ON_TARGET, EpisodeMeasure("gap error (cm)", "mean", "gap_error_cm"), COLLISIONS_PER_MINUTE),
-    columns=(
-        IN_VIEW,
-        OFF_AXIS,
-        EpisodeColumn("gap_error_cm", "mean_abs_error", "gap_cm", target="distance_cm"),
-    ),
-    note="Time on target: the share of frames with the target within 35 degrees of the axis.",
-    draws_paths=True,
-)
 
 
 @with_field_docs
@@ -92,6 +69,14 @@ class Pursuit(TargetEnv[PursuitOptions]):
     """
 
     options_type: ClassVar[type[EnvOptions]] = PursuitOptions
+    max_episode_steps = 900
+    summary = "follow another robot at a set distance"
+    baselines = ("random-walk", "straight", "oracle-distance")
+    columns = (IN_VIEW, OFF_AXIS, EpisodeColumn("gap_error_cm", "mean_abs_error", "gap_cm", target="distance_cm"))
+    measures: ClassVar = {"time on target": "in_view", "gap error (cm)": "gap_error_cm"}
+    collisions = (PER_MINUTE,)
+    note = "Time on target: the share of frames with the target within 35 degrees of the axis."
+    draws_paths = True
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:
         options = self.options

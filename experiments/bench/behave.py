@@ -12,7 +12,6 @@ from typing import Any
 
 import cv2
 import polars as pl
-from gymnasium.envs.registration import load_env_creator
 from threadpoolctl import threadpool_limits
 
 from colias_sim.arena import arena_files
@@ -165,7 +164,7 @@ def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
     if own := next((name for name in SET_BY_BEHAVIOUR if name in options), None):
         raise UsageError(f"{origin}: the behaviour sets {own} itself")
     try:
-        load_env_creator(ENVS[env].entry_point)(**options, observation="state").close()
+        ENVS[env](**options, observation="state").close()
     except (ValueError, TypeError) as error:
         raise UsageError(f"{origin}: {error}") from error
 

@@ -125,7 +125,7 @@ def better_than_still(played: pl.DataFrame, name: str, column: str, bound: float
     if level is None or smaller is None or more is None:
         return Outcome.unjudged(f"needs episodes of {name} and still at equal seeds")
     reported = [other for other in (name, *beside, "still") if other in set(played["model"])]
-    names = {measure.column: measure.name for measure in ENVS[env].all_measures}
+    names = {column: measure for measure, column in ENVS[env].measures.items()}
     asked = (
         (names[column], level, bound),
         (f"{names[rms]} below that of still", smaller, 0.0),

@@ -2,7 +2,7 @@
 
 import pytest
 
-from colias_sim.envs import ENVS
+from colias_sim.envs import ENVS, RETURN
 from experiments import UsageError, load
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, GROUPS, OPTOMOTOR
 from experiments.bench.behave import env_options, episodes, plan, run
@@ -76,7 +76,7 @@ def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
     assert recordings == {"trial-0000.rrd", "trial-0001.rrd"}, "of the first behaviour"
     loaded = load(tmp_path / "run")
     assert loaded.trials.equals(trials) and loaded.frames.height == 48 and loaded.summary.height == 6
-    assert set(loaded.summary["measure"]) == {measure.name for measure in ENVS[OPTOMOTOR].all_measures}
+    assert set(loaded.summary["measure"]) == {*ENVS[OPTOMOTOR].measures, RETURN}
     assert loaded.figure().get_suptitle() and loaded.claims.is_empty()
 
     whole = (tmp_path / "run" / "trials.parquet").read_bytes()

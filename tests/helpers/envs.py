@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from colias_sim.envs import ENVS, EnvEntry
+from colias_sim.envs import ENVS
 from colias_sim.envs.base import ColiasEnv
 
 NAMES = sorted(ENVS)
@@ -20,8 +20,8 @@ every_env = pytest.mark.parametrize("name", NAMES)
 
 def end_after(steps: int, patch: pytest.MonkeyPatch) -> None:
     """Make the episodes of every env end after so many steps."""
-    patch.setattr(EnvEntry, "max_episode_steps", steps)
-    for name in ENVS:
+    for name, env in ENVS.items():
+        patch.setattr(env, "max_episode_steps", steps)
         patch.setattr(gym.registry[name], "max_episode_steps", steps)
 
 

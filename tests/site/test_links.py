@@ -68,5 +68,5 @@ def test_nothing_is_loaded_from_a_network(pages):
 
 def test_every_public_name_has_an_anchor(pages):
     anchors = {anchor for path, page in pages.items() if "generated" in path.parts for anchor in page.anchors}
-    envs = {entry.entry_point.replace(":", ".") for entry in ENVS.values()}
+    envs = {f"{env.__module__}.{env.__name__}" for env in ENVS.values()}
     assert {*PUBLIC, *FUNCTIONS, *envs} <= anchors

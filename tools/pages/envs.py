@@ -9,7 +9,6 @@ from typing import Any
 
 import cv2
 import gymnasium as gym
-from gymnasium.envs.registration import load_env_creator
 
 from colias_sim import envs
 from colias_sim.envs import ENVS, FACTORS
@@ -34,21 +33,20 @@ def write(folder: Path) -> None:
 
 def _parts(folder: Path, name: str) -> list[str]:
     """Return the parts of an env's section."""
-    entry, title = ENVS[name], name.partition("/")[2]
-    env: Any = load_env_creator(entry.entry_point)
+    env, title = ENVS[name], name.partition("/")[2]
     _draw(name, folder / f"{title}.png")
-    baselines = [f"- `{baseline}`: {BEHAVIOURS[baseline].summary}" for baseline in entry.baselines]
+    baselines = [f"- `{baseline}`: {BEHAVIOURS[baseline].summary}" for baseline in env.baselines]
     return [
         f"## {title}\n",
-        f"{markdown.sentence(entry.summary)} `gymnasium.make(\"{name}\")` makes it.\n",
+        f"{markdown.sentence(env.summary)} `gymnasium.make(\"{name}\")` makes it.\n",
         markdown.picture(f"{title}.png", f"The arena of {title}, the observer from near, and what its camera sees",
                          "`render()` after `reset(seed=0)`."),
         # Links to the env's class lead here.
-        f":::{{py:class}} {entry.entry_point.replace(':', '.')}(**arguments)\n"
+        f":::{{py:class}} {env.__module__}.{env.__name__}(**arguments)\n"
         "A [ColiasEnv](../api/colias_sim.envs.base.ColiasEnv.rst): that page has its methods.\n:::\n",
         re.sub("^##", "###", str(inspect.getdoc(env)).partition("## Arguments")[0], flags=re.MULTILINE),
         markdown.autodoc(env.options_type),
-        f"Measures are {', '.join(measure.name for measure in entry.all_measures)}. {entry.note}\n",
+        f"Measures are {', '.join([*env.measures, *env.collisions, envs.RETURN])}. {env.note}\n",
         "\n".join(baselines),
     ]  # fmt: skip
 

@@ -238,7 +238,7 @@ def _names(kind: str) -> Mapping[str, str]:
         case "envs":
             from colias_sim.envs import ENVS
 
-            return {name.partition("/")[2]: entry.summary for name, entry in ENVS.items()}
+            return {name.partition("/")[2]: env.summary for name, env in ENVS.items()}
     import dsnn
     from dsnn.stimuli import STIMULI
 

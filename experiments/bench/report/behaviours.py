@@ -13,6 +13,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from colias_sim.envs import ENVS, RETURN
+from colias_sim.envs.measures import FREE_DISTANCE
 from experiments.bench.report import scoreboard, style
 from experiments.bench.report.terminal import count
 from experiments.bench.sources.episode_scores import summary as summarise
@@ -70,7 +71,7 @@ def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> s
 
 def finding(summary: pl.DataFrame) -> str:
     """Return which behaviours may have the highest return, as far as the 95 % intervals tell."""
-    returns = summary.filter(measure=RETURN.name).sort("value", descending=True, maintain_order=True)
+    returns = summary.filter(measure=RETURN).sort("value", descending=True, maintain_order=True)
     env, names = summary["env"][0].partition("/")[2], returns["behaviour"].to_list()
     if len(names) == 1 or returns["ci_low"].null_count():
         return f"{env}: return by behaviour"
@@ -82,15 +83,16 @@ def finding(summary: pl.DataFrame) -> str:
 
 def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame, colours: Mapping[str, str]) -> None:
     """Draw a panel for each of the env's measures; a free distance is the reciprocal of a rate."""
-    names = list(colours)
-    measures = [measure for measure in ENVS[trials["env"][0]].all_measures if measure.kind != "free_distance"]
-    panels = part.subplots(1, len(measures), squeeze=False, sharey=True)[0]
-    for axes, measure in zip(panels, measures, strict=True):
-        axes.set_title(style.wrapped(measure.name, style.WIDTH / len(measures) - 0.5), fontsize=style.BODY)
-        if measure.kind == "mean":
-            for model, value in trials.select("model", measure.column).drop_nulls().iter_rows():
+    names, env = list(colours), ENVS[trials["env"][0]]
+    rates = [measure for measure in env.collisions if measure != FREE_DISTANCE]
+    columns = {**env.measures, **dict.fromkeys(rates), RETURN: "reward"}
+    panels = part.subplots(1, len(columns), squeeze=False, sharey=True)[0]
+    for axes, (measure, column) in zip(panels, columns.items(), strict=True):
+        axes.set_title(style.wrapped(measure, style.WIDTH / len(columns) - 0.5), fontsize=style.BODY)
+        if column:
+            for model, value in trials.select("model", column).drop_nulls().iter_rows():
                 axes.plot(value, names.index(model), "|", color=colours[model], alpha=0.5, ms=7.0, mew=0.6)
-        for row in summary.filter(measure=measure.name).drop_nulls("value").partition_by("behaviour"):
+        for row in summary.filter(measure=measure).drop_nulls("value").partition_by("behaviour"):
             name = row["behaviour"][0]
             style.intervals(axes, row, [names.index(name)], ("value", "ci_low", "ci_high"), ms=4.0, color=colours[name],
                             elinewidth=1.4)  # fmt: skip

@@ -6,18 +6,20 @@ Every table here has rows of a run's ``trials.parquet``; functions of one behavi
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 
 import polars as pl
 
-from colias_sim.envs import ENVS, EpisodeColumn
+from colias_sim.envs import ENVS, RETURN, EpisodeColumn
+from colias_sim.envs.measures import FREE_DISTANCE, PER_METRE, PER_MINUTE
 from experiments.bench.run.rows import known
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import claims_on
 from experiments.bench.stats.tests import Score, poisson_interval, proportion_interval, summarise
 from experiments.bench.stats.verdict import Outcome, Verdict
 
-COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for entry in ENVS.values() for column in entry.columns}
+COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for env in ENVS.values() for column in env.columns}
 """Every column that an env declares, by name."""
 SUMMARY = pl.Schema(
     {"env": str, "behaviour": str, "measure": str, "episodes": int, "value": float, "ci_low": float, "ci_high": float}
@@ -78,6 +80,14 @@ def free_distance(rows: pl.DataFrame) -> Score:
     return Score(value, low, high, a_metre.n)
 
 
+OF_COLLISIONS: Mapping[str, Callable[[pl.DataFrame], Score]] = {
+    PER_MINUTE: partial(rate, per="seconds", unit=60.0),
+    PER_METRE: partial(rate, per="driven_m"),
+    FREE_DISTANCE: free_distance,
+}
+"""The scores of `colias_sim.envs.measures.COLLISIONS`."""
+
+
 def survival(rows: pl.DataFrame) -> Score:
     """Return the share of episodes without a collision, with its exact interval (Clopper and Pearson 1934)."""
     unharmed = rows.height - collisions(rows)
@@ -102,14 +112,9 @@ def rate_ratio(first: pl.DataFrame, second: pl.DataFrame) -> Score:
 
 def scores(rows: pl.DataFrame, env: str) -> dict[str, Score]:
     """Return every measure that an env declares, and the return, of one behaviour's episodes."""
-    values = {}
-    for measure in ENVS[env].all_measures:
-        if measure.kind == "mean":
-            values[measure.name] = mean(rows, measure.column)
-        elif measure.kind == "collision_rate":
-            values[measure.name] = rate(rows, measure.column, measure.per)
-        else:
-            values[measure.name] = free_distance(rows)
+    values = {measure: mean(rows, column) for measure, column in ENVS[env].measures.items()}
+    values |= {measure: OF_COLLISIONS[measure](rows) for measure in ENVS[env].collisions}
+    values[RETURN] = mean(rows, "reward")
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -123,7 +128,7 @@ def summary(trials: pl.DataFrame, env: str, reference: str) -> pl.DataFrame:
     table = []
     for name, rows in played.items():
         measured = scores(rows, env)
-        if any(measure.kind == "collision_rate" for measure in ENVS[env].measures):
+        if ENVS[env].collisions:
             measured["without collision"] = survival(rows)
             if reference in played and name != reference:
                 measured[f"collisions/m, times {reference}"] = rate_ratio(rows, played[reference])

@@ -19,7 +19,7 @@ from experiments.bench.report.behaviours import _ways, finding
 )
 def test_a_title_names_the_best_only_where_no_interval_of_the_others_reaches_it(returns, best):
     rows = [dict(zip(("behaviour", "value", "ci_low", "ci_high"), row, strict=True)) for row in returns]
-    summary = pl.DataFrame(rows).with_columns(measure=pl.lit(RETURN.name), env=pl.lit("colias_sim/Pursuit-v0"))
+    summary = pl.DataFrame(rows).with_columns(measure=pl.lit(RETURN), env=pl.lit("colias_sim/Pursuit-v0"))
     words = finding(summary).split()
     assert ("highest" in words) == bool(best)
     assert {name for name in ("one", "two", "three") if name in words} == set(best)
