@@ -8,9 +8,10 @@ have 99x72 px, through the robot's lens, and so has the disc that looms, recedes
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -24,7 +25,6 @@ from experiments.bench.run.runs import Batch
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, Clip
 from experiments.bench.stats import curves
-from experiments.bench.stats.curves import CurveAxis
 from scenes.hints import nearest
 
 EXPERIMENT = "tuning"
@@ -52,119 +52,85 @@ DARK, GRATINGS, LOOMING = "dark object", "grating", "dark looming"
 """Lines that preferences are read from."""
 LOOMS, RECEDES, CROSSES = "dark disc looming", "dark disc receding", "dark disc crossing"
 """One disc at one speed. It crosses at the size at which the others end or begin."""
-L_OVER_V = CurveAxis("l_over_v_s", "l / v", "s")
+CURVES: Mapping[str, tuple[str, ...]] = {
+    "speed": ("speed_px_s",), "size": ("size_px",), "contrast": ("contrast",),
+    "frequency": ("cycles_px", "temporal_hz"), "direction": ("direction_deg",),
+    "l-over-v": ("l_over_v_s",), "disc": ("l_over_v_s",),
+}  # fmt: skip
+"""Curve, or map, of responses -> the columns of its axes. Those over l/v are shown to looming models alone."""
 AXES = ("speed_px_s", "size_px", "contrast", "cycles_px", "temporal_hz", "l_over_v_s")
 """Columns of axes in ``tuning.csv``."""
 RANGES = ("speed_px_s", "size_px", "wavelength_px", "temporal_hz")
+Row = Mapping[str, Any]
 
 
-class Probe(NamedTuple):
-    """A clip that is one point of a line of a curve, and the direction of its motion: 0 rightward, 90 downward."""
+def shown_at(
+    curve: str, line: str, name: str, stimulus: str, x: float, y: float | None = None, repeat: int = 0, **changes: Any
+) -> tuple[Clip, Row]:
+    """Return a clip with the point of a curve that it is: columns of `curves.points_schema`.
 
-    clip: Clip
-    line: str
-    x: float
-    y: float | None = None
-    direction_deg: float = 0.0
-    repeat: int = 0
-    """Added to the run's seed: the same point at another phase. Curves and figures show repeat 0."""
-
-
-class Family(NamedTuple):
-    """Tuning curves of one kind: the clips, the axes, how they are drawn.
-
-    A ``curve`` is the response along ``x``, a ``map`` over ``x`` and ``y``, ``direction`` against the direction of
-    motion. An ``approach`` is shown to looming models alone: their potential, spikes and time to contact along ``x``.
+    ``repeat`` is added to the run's seed: the same point at another phase. Curves and figures show repeat 0.
     """
-
-    name: str
-    summary: str
-    kind: str
-    x: CurveAxis
-    probes: Sequence[Probe]
-    y: CurveAxis | None = None
+    turn = x if curve == "direction" else 0.0
+    point = {"curve": curve, "line": line, "x": x, "y": y, "direction_deg": turn, "repeat": repeat}
+    return Clip(name, stimulus, tuple(changes.items())), point | dict(zip(CURVES[curve], (x, y), strict=False))
 
 
-def _probe(stimulus: str, changes: Mapping[str, Any], name: str, line: str, x: float, y: float | None = None) -> Probe:
-    return Probe(Clip(name, stimulus, tuple(changes.items())), line, x, y, changes.get("direction_deg", 0.0))
+def clips() -> Iterator[tuple[Clip, Row]]:
+    """Yield the clips of all curves, each with the point that it is."""
+    for v in SPEEDS_PX_S:
+        yield shown_at("speed", DARK, f"speed {v:g}", "plain", v, **SQUARE | {"speed": v})
+    for s in SIZES_PX:
+        yield shown_at("size", DARK, f"size {s:g}", "plain", s, **SQUARE | {"width": s, "height": s})
+    for (line, sign), c in product(((DARK, -1), ("light object", 1)), CONTRASTS):
+        greys = {"grey": GROUND * (1 + sign * c), "background_grey": GROUND}
+        yield shown_at("contrast", line, f"{line}, contrast {c:g}", "plain", c, **SQUARE | greys)
+    for c in CONTRASTS:
+        yield shown_at("contrast", GRATINGS, f"grating, contrast {c:g}", "grating", c, **GRATING | {"contrast": c})
+    for wave, f in product(WAVELENGTHS_PX, TEMPORAL_HZ):
+        drift = {"period_px": wave, "temporal_hz": f}
+        yield shown_at(
+            "frequency", GRATINGS, f"grating {wave:g} px, {f:g} Hz", "grating", 1 / wave, f, **GRATING | drift
+        )
+    for phase, d in product(range(PHASES), DIRECTIONS_DEG):
+        drift = {"direction_deg": d}
+        yield shown_at("direction", GRATINGS, f"grating {d:g} deg", "grating", d, repeat=phase, **GRATING | drift)
+    for d, motion in CARDINAL.items():
+        yield shown_at("direction", DARK, f"object {d:g} deg", "plain", d, **SQUARE | {"motion": motion})
+    for (line, grey, ground), s in product(((LOOMING, 40.0, 200.0), ("light looming", 200.0, 40.0)), L_OVER_V_S):
+        yield shown_at("l-over-v", line, f"{line} {s:g} s", "looming", s, l_over_v_s=s, grey=grey,
+                       background_grey=ground)  # fmt: skip
+    discs = {LOOMS: "looming", RECEDES: "receding", CROSSES: "rightward"}
+    for (line, motion), s in product(discs.items(), DISC_L_OVER_V_S):
+        yield shown_at("disc", line, f"{line} {s:g} s", "looming", s, l_over_v_s=s, motion=motion, **DISC)
 
 
-def _object(name: str, x: float, line: str = DARK, **changes: Any) -> Probe:
-    return _probe("plain", SQUARE | changes, name, line, x)
-
-
-def _grating(name: str, x: float, y: float | None = None, **changes: Any) -> Probe:
-    return _probe("grating", GRATING | changes, name, GRATINGS, x, y)
-
-
-def _approach(line: str, l_over_v_s: float, **changes: Any) -> Probe:
-    return _probe("looming", {"l_over_v_s": l_over_v_s, **changes}, f"{line} {l_over_v_s:g} s", line, l_over_v_s)
-
-
-FAMILIES: Mapping[str, Family] = {family.name: family for family in (
-    Family("speed", "A dark square of 24 px, rightward", "curve", CurveAxis("speed_px_s", "speed", "px/s"),
-           [_object(f"speed {v:g}", v, speed=v) for v in SPEEDS_PX_S]),
-    Family("size", "A dark square, rightward at 120 px/s", "curve", CurveAxis("size_px", "size", "px"),
-           [_object(f"size {s:g}", s, width=s, height=s) for s in SIZES_PX]),
-    Family("contrast", "A square of 24 px at 120 px/s on grey 127; a grating of wavelength 24 px at 2 Hz", "curve",
-           CurveAxis("contrast", "contrast", ""),
-           [_object(f"{line}, contrast {c:g}", c, line, grey=GROUND * (1 + sign * c), background_grey=GROUND)
-            for line, sign in ((DARK, -1), ("light object", 1)) for c in CONTRASTS]
-           + [_grating(f"grating, contrast {c:g}", c, contrast=c) for c in CONTRASTS]),
-    Family("frequency", "Drifting sine gratings, rightward", "map",
-           CurveAxis("cycles_px", "spatial frequency", "cycles/px"),
-           [_grating(f"grating {wave:g} px, {f:g} Hz", 1 / wave, f, period_px=wave, temporal_hz=f)
-            for wave in WAVELENGTHS_PX for f in TEMPORAL_HZ], CurveAxis("temporal_hz", "temporal frequency", "Hz")),
-    Family("direction", "A grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4",
-           "direction", CurveAxis("direction_deg", "direction of motion", "degrees"),
-           [_grating(f"grating {d:g} deg", d, direction_deg=d)._replace(repeat=phase)
-            for phase in range(PHASES) for d in DIRECTIONS_DEG]
-           + [_object(f"object {d:g} deg", d, motion=motion)._replace(direction_deg=d)
-              for d, motion in CARDINAL.items()]),
-    Family("l-over-v", "A square that looms at the centre, through the robot's lens", "approach", L_OVER_V,
-           [_approach(line, s, grey=grey, background_grey=ground)
-            for line, grey, ground in ((LOOMING, 40.0, 200.0), ("light looming", 200.0, 40.0)) for s in L_OVER_V_S]),
-    Family("disc", "A disc that grows from 8 to 40 degrees, shrinks, or crosses at 40", "approach", L_OVER_V,
-           [_approach(line, s, motion=motion, **DISC) for line, motion in
-            ((LOOMS, "looming"), (RECEDES, "receding"), (CROSSES, "rightward")) for s in DISC_L_OVER_V_S]),
-)}  # fmt: skip
-
-
-def families(names: Sequence[str]) -> tuple[Family, ...]:
-    """Return the families called ``names``, all of them for none; `UsageError` for an unknown name."""
-    for name in names:
-        if name not in FAMILIES:
-            raise UsageError(f"--curve {name}: known are {', '.join(FAMILIES)}{nearest(name, FAMILIES, ' (', ')')}")
-    return tuple(family for family in FAMILIES.values() if not names or family.name in names)
-
-
-Job = tuple[Family, Probe, Trial]
-"""A clip as a trial of the models that it is shown to, with what it is a point of."""
+Job = tuple[Row, Trial]
+"""A point of a curve, and its clip as a trial of the models that it is shown to."""
 
 
 def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str], seed: int) -> list[Job]:
     """Return the clips of the curves that are named, or of all, checked; `UsageError` for what cannot be run."""
     settings.check_counts(seed)
+    for name in names:
+        if name not in CURVES:
+            raise UsageError(f"--curve {name}: known are {', '.join(CURVES)}{nearest(name, CURVES, ' (', ')')}")
     chosen, _ = settings.watchers(models, assignments)
     looming = tuple(model for model in chosen if "looming" in model.channels)
-    jobs = [
-        (family, probe, watching)
-        for family in families(names)
-        if (watching := looming if family.kind == "approach" else chosen)
-        for probe in family.probes
-    ]
+    jobs: list[Job] = []
+    for clip, point in clips():
+        watching, repeat = looming if "l_over_v_s" in point else chosen, point["repeat"]
+        if watching and (not names or point["curve"] in names):
+            jobs.append((point, Trial(EXPERIMENT, len(jobs), repeat, seed + repeat, clip, watching)))
     if not jobs:
         raise UsageError(f"--curve {names[0]}: no model shown has a looming potential; add one by --model")
-    return [
-        (family, probe, Trial(EXPERIMENT, i, probe.repeat, seed + probe.repeat, probe.clip, watching))
-        for i, (family, probe, watching) in enumerate(jobs)
-    ]
+    return jobs
 
 
 def run(
     shown: Sequence[Job], out: Path, pool: Workers
 ) -> tuple[pl.DataFrame, list[dict[str, Any]], list[dict[str, Any]]]:
-    """Show the clips that the folder ``out`` lacks; write ``tuning.csv``, ``preferences.csv`` and a figure a family.
+    """Show the clips that the folder ``out`` lacks; write ``tuning.csv``, ``preferences.csv`` and a figure a curve.
 
     Returns
     -------
@@ -173,12 +139,12 @@ def run(
     """
     from experiments.bench.report import style, tuning  # not before: workers do without matplotlib
 
-    trials, curves_of = [trial for *_, trial in shown], {family.name: family for family, *_ in shown}
+    trials, names = [trial for _, trial in shown], list(dict.fromkeys(point["curve"] for point, _ in shown))
     models, seed = trials[0].models, trials[0].seed  # approaches, which fewer models see, come last
     changed = differing(models, offline=True)
     description = {
         "kind": "tuning", "experiment": EXPERIMENT, "seed": seed, "trials": len(trials), "models": models,
-        "changed": changed, "curves": [*curves_of], **provenance.of([model.source for model in models]),
+        "changed": changed, "curves": names, **provenance.of([model.source for model in models]),
     }  # fmt: skip
     batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
     with batch.run(out, pool) as folder:
@@ -188,9 +154,9 @@ def run(
         if rows:
             folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())
             folder.write_rows("preferences.csv", pl.DataFrame(rows, infer_schema_length=None).drop(RANGES).to_dicts())
-        for name, family in curves_of.items():
+        for name in names:
             if len(own := points.filter(curve=name)):
-                style.save(tuning.draw(family, own, changed), out / name)
+                style.save(tuning.draw(own, CURVES[name], changed), out / name)
     return points, rows, failures
 
 
@@ -198,8 +164,8 @@ def responses(shown: Sequence[Job], frames: pl.DataFrame) -> pl.DataFrame:
     """Return the points (`curves.points_schema`) of the clips whose ``frames`` are there, by clip, then model."""
     potentials = frames.partition_by("trial", "model", as_dict=True)
     rows = []
-    for family, probe, trial in shown:
-        clip = probe.clip.build(trial.seed)
+    for point, trial in shown:
+        clip = trial.condition.build(trial.seed)
         moving = np.flatnonzero([frame.truth.motion != "still" for frame in clip])
         contact_s = clip.contact_s() if isinstance(clip, Looming) else None
         if contact_s is not None:  # a potential may lag behind what looms, recedes or crosses
@@ -207,13 +173,9 @@ def responses(shown: Sequence[Job], frames: pl.DataFrame) -> pl.DataFrame:
         for model in trial.models:
             if (own := potentials.get((trial.index, model.label))) is not None:
                 series = {name: own[name].to_numpy() for name in ("hs", "vs", "looming", "looming_spikes")}
-                rows.append({
-                    "curve": family.name, "line": probe.line, "model": model.label, "x": probe.x, "y": probe.y,
-                    family.x.column: probe.x, (family.y or family.x).column: probe.y if family.y else probe.x,
-                    "direction_deg": probe.direction_deg, "repeat": probe.repeat,
-                    **curves.response(series, moving, probe.direction_deg, model.channels,
-                                      approach=family.kind == "approach", contact_s=contact_s),
-                })  # fmt: skip
+                own_response = curves.response(series, moving, point["direction_deg"], model.channels,
+                                       approach="l_over_v_s" in point, contact_s=contact_s)  # fmt: skip
+                rows.append({**point, "model": model.label, **own_response})
     return pl.DataFrame(rows, curves.points_schema(AXES))
 
 

@@ -73,7 +73,7 @@ def test_a_detector_that_fires_at_an_angle_does_so_at_every_l_over_v():
 def test_the_figure_of_approaches_has_the_angle_that_the_table_has():
     rows = [{"curve": "l-over-v", "line": "dark looming", "x": s, "contact_s": s / math.tan(math.radians(15.0))}
             for s in (0.02, 0.08, 0.64)]  # fmt: skip
-    figure = draw(tune.FAMILIES["l-over-v"], table(rows), {})
+    figure = draw(table(rows), tune.CURVES["l-over-v"], {})
     (axes,) = [axes for axes in figure.axes if axes.get_ylabel() == MEASURES["angle_deg"]]
     np.testing.assert_allclose(axes.lines[0].get_ydata(), 30.0)
 
@@ -81,19 +81,20 @@ def test_the_figure_of_approaches_has_the_angle_that_the_table_has():
 # --- clips and models -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("family", tune.FAMILIES.values(), ids=lambda family: family.name)
-def test_a_clip_is_one_point_and_moves_the_way_its_probe_says(family):
-    assert len({probe[1:] for probe in family.probes}) == len(family.probes)
-    for probe in family.probes:
-        truth = next(frame.truth for frame in probe.clip.build(0) if frame.truth.motion != "still")
-        velocity, turn = truth.velocity or truth.background_velocity, math.radians(probe.direction_deg)
+@pytest.mark.parametrize("curve", tune.CURVES)
+def test_a_clip_is_one_point_and_moves_the_way_its_point_says(curve):
+    shown = [(clip, point) for clip, point in tune.clips() if point["curve"] == curve]
+    assert len({tuple(point.values()) for _, point in shown}) == len(shown) > 0
+    for clip, point in shown:
+        truth = next(frame.truth for frame in clip.build(0) if frame.truth.motion != "still")
+        velocity, turn = truth.velocity or truth.background_velocity, math.radians(point["direction_deg"])
         assert velocity.x * math.cos(turn) + velocity.y * math.sin(turn) == pytest.approx(math.hypot(*velocity))
 
 
 def test_approaches_are_shown_to_looming_models_alone():
-    for family, _, trial in tune.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0):
-        looming = ["lgmd1", "hybrid"]
-        assert [model.label for model in trial.models] == (looming if family.name == "l-over-v" else ["dsnn", *looming])
+    for point, trial in tune.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0):
+        expected = ["lgmd1", "hybrid"] if point["curve"] == "l-over-v" else ["dsnn", "lgmd1", "hybrid"]
+        assert [model.label for model in trial.models] == expected
 
 
 # --- the run ----------------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Tuning curves as figures, one for each family of clips, and on the terminal a line for each model."""
+"""Tuning curves as figures, one for each curve, and on the terminal a line for each model."""
 
 from __future__ import annotations
 
@@ -21,13 +21,24 @@ Row = Mapping[str, Any]
 ACROSS = 4
 HEIGHT = 1.8
 """Height of a panel with its title, inches."""
+LABELS = {
+    "speed_px_s": "speed (px/s)", "size_px": "size (px)", "contrast": "contrast",
+    "cycles_px": "spatial frequency (cycles/px)", "temporal_hz": "temporal frequency (Hz)",
+    "direction_deg": "direction of motion (degrees)", "l_over_v_s": "l / v (s)",
+}  # fmt: skip
+"""Column of an axis -> what it is called."""
+OBJECTS, GRATINGS = "Dots: one clip each, in the model's own unit.", "Dots: one grating each; 0 rightward, 90 downward."
+APPROACHES = "Dots: one clip each. l / v: half the object's size over its speed. Angle: the full one it spans."
 CAPTIONS = {
-    "curve": "Dots: one clip each, in the model's own unit.",
-    "map": "One clip a cell.",
-    "direction": "Dots: one grating each; 0 rightward, 90 downward.",
-    "approach": "Dots: one clip each. l / v: half the object's size over its speed. Angle: the full one it spans.",
+    "speed": ("A dark square of 24 px, rightward", OBJECTS),
+    "size": ("A dark square, rightward at 120 px/s", OBJECTS),
+    "contrast": ("A square of 24 px at 120 px/s on grey 127; a grating of wavelength 24 px at 2 Hz", OBJECTS),
+    "frequency": ("Drifting sine gratings, rightward", "One clip a cell."),
+    "direction": ("A grating of 24 px at 2 Hz in 16 directions; a dark square of 24 px at 120 px/s in 4", GRATINGS),
+    "l-over-v": ("A square that looms at the centre, through the robot's lens", APPROACHES),
+    "disc": ("A disc that grows from 8 to 40 degrees, shrinks, or crosses at 40", APPROACHES),
 }
-"""Kind of a figure -> n, and what its symbols mean."""
+"""Curve -> what is shown, and what the symbols mean."""
 MEASURES = {"response": "peak above rest", "spikes": "spikes", "angle_deg": "first spike at (°)"}
 """What is drawn of approaches."""
 ENDS = ("not_defined", "_low", "_high", "_inside")
@@ -35,48 +46,49 @@ ENDS = ("not_defined", "_low", "_high", "_inside")
 NOTE = "≥, ≤: up to an end of what was shown. flat: alike everywhere. Blank: not shown, or not defined."
 
 
-def draw(family: Any, points: pl.DataFrame, changed: Row) -> Figure:
-    """Draw the curves of one family: a panel for each model, of approaches a row of panels.
+def draw(points: pl.DataFrame, along: Sequence[str], changed: Row) -> Figure:
+    """Draw a curve, or a map over two axes: a panel for each model, of approaches a row of panels.
 
     Parameters
     ----------
-    family
-        An `experiments.bench.tune.Family`.
     points
-        Of this family (`curves.points_schema`).
+        Of one curve (`curves.points_schema`).
+    along
+        The columns of its axes.
     changed
         Parameters that are not at their defaults, by key and model; the caption names them.
     """
-    kind, x, y = family.kind, family.x, family.y
+    (shown, symbols), approach = CAPTIONS[points["curve"][0]], "l_over_v_s" in along
+    x, *y = (LABELS[name] for name in along)
     models = points["model"].unique(maintain_order=True).to_list()
-    columns = tuple(MEASURES) if kind == "approach" else ("response",)
-    across = len(columns) if kind == "approach" else min(ACROSS, len(models))
+    columns = tuple(MEASURES) if approach else ("response",)
+    across = len(columns) if approach else min(ACROSS, len(models))
     down = math.ceil(len(models) * len(columns) / across)
     height = min(HEIGHT * (1.4 if len(models) == 1 else 1.0), (style.PAGE - 0.8) / down)
     angle = 2 * (pl.col("x") / pl.col("contact_s")).arctan().degrees()
     with style.look():
         figure = Figure((min(style.WIDTH, 4.4 * across), height * down + 0.8), layout="constrained")
-        panels = style.grid(figure, len(models) * len(columns), across, sharex=kind == "approach")
+        panels = style.grid(figure, len(models) * len(columns), across, sharex=approach)
         inches = figure.get_figwidth() / across - 0.55
         for place, model in enumerate(models):
             own = points.filter(pl.col("repeat") == 0, model=model).sort("x", maintain_order=True)
-            if kind == "direction":
+            if "direction_deg" in along:
                 own = own.filter(line="grating")
-            if kind == "direction" and (own["vs"] != 0.0).any():
+            if "direction_deg" in along and (own["vs"] != 0.0).any():
                 both = own.select("x", "contact_s", "hs", "vs")
                 own = both.unpivot(["hs", "vs"], index=["x", "contact_s"], variable_name="line", value_name="response")
             group = panels[place * len(columns) :][: len(columns)]
             for axes, column in zip(group, columns, strict=True):
                 _map(axes, own) if y else _lines(axes, own.with_columns(angle_deg=angle), column)
-                axes.set_ylabel(MEASURES[column] if kind == "approach" else "")
+                axes.set_ylabel(MEASURES[column] if approach else "")
             group[0].set_title(style.wrapped(model, inches, style.BODY), fontweight="bold")
         for axes in panels[-across:]:
-            axes.set_xlabel(style.wrapped(x.label, inches))
+            axes.set_xlabel(style.wrapped(x, inches))
         if y:
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
             figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
-        figure.supylabel(y.label if y else "" if kind == "approach" else "response", fontsize=style.BODY)
-        style.caption(figure, f"{family.summary}{style.in_title(changed)}. {CAPTIONS[kind]}")
+        figure.supylabel(y[0] if y else "" if approach else "response", fontsize=style.BODY)
+        style.caption(figure, f"{shown}{style.in_title(changed)}. {symbols}")
     return figure
 
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -40,19 +40,6 @@ SOME_DSI = 0.05
 """The least DSI with which there is a preferred direction to report."""
 LEAST_POINTS = 5
 """Of four points one order in twelve is as smooth as a slope."""
-
-
-class CurveAxis(NamedTuple):
-    """A quantity that varies along a curve: its column in tables, its name and its unit."""
-
-    column: str
-    noun: str
-    unit: str
-
-    @property
-    def label(self) -> str:
-        """Name and unit, for an axis of a figure."""
-        return f"{self.noun} ({self.unit})" if self.unit else self.noun
 
 
 def points_schema(axes: Iterable[str]) -> dict[str, Any]:
