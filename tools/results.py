@@ -37,7 +37,7 @@ from experiments.bench.run.description import read_description
 from experiments.bench.run.files import read_parquet
 from experiments.bench.run.provenance import UNREPEATABLE
 from experiments.bench.stats import stored
-from experiments.bench.stats.claim import PAPER, claim_ids, words
+from experiments.bench.stats.claim import PAPER, claim_ids, texts
 from experiments.bench.stats.count import Count, count_of
 from experiments.bench.stats.verdict import Verdict
 from experiments.studies.robot import EYES, FIDELITY, WHEELS
@@ -247,7 +247,7 @@ def _totals(results: Mapping[str, Any]) -> str:
 
 def cameras(results: Mapping[str, Any]) -> str:
     """Tell what each claim about the robot came to under each camera and drive."""
-    rows = [[f"{words(claim).title} ({claim})", *map(verdict, under)] for claim, under in counts(results).items()
+    rows = [[f"{texts()[claim]['title']} ({claim})", *map(verdict, under)] for claim, under in counts(results).items()
             if claim in registry.answering()]  # fmt: skip
     return markdown(["claim", *(f"{eye} eye, {drive}" for eye, drive in CELLS)], rows)
 
@@ -256,10 +256,12 @@ def claims(results: Mapping[str, Any]) -> str:
     """Tell of each claim its words, its verdict, and the number that decided in replicate 0, with its bound."""
     rows = []
     for claim in results["claims"]:
-        asked, count = words(claim["id"]), Count(**claim["count"])
-        says = f"**{asked.title}** ({claim['id']}): {asked.says}.{' The equations imply it.' if asked.implied else ''}"
+        words, count = texts()[claim["id"]], Count(**claim["count"])
+        says = (
+            f"**{words['title']}** ({claim['id']}): {words['says']}.{' The equations imply it.' * ('implied' in words)}"
+        )
         equal = f"; on equal terms {verdict(Count(**claim['equal_terms']))}" if claim["equal_terms"] else ""
-        cause = f". *Why:* {asked.cause or 'Not known.'}" if count.word in ("fails", "sometimes") else ""
+        cause = f". *Why:* {words.get('cause', 'Not known.')}" if count.word in ("fails", "sometimes") else ""
         rows.append([says, verdict(count) + equal, claim["decided"] + cause])
     return f"{_totals(results)}.\n\n{markdown(('claim', 'verdict', 'what decided in replicate 0'), rows)}"
 

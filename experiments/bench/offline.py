@@ -175,5 +175,5 @@ def verdicts(
             judge(claim, of_seed, spiking.get(claim.spiking), all_rows or rows) if there else lost
             for of_seed, there in zip(by_seed, whole, strict=True)
         ]
-        found.append(Verdict.of(claim, outcomes, random=random, experiment=experiment.name))
+        found.append(claim.verdict(outcomes, random=random, experiment=experiment.name))
     return found

@@ -35,7 +35,7 @@ from experiments.bench.sources.episodes import short_name
 from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.sources.judge import judge as judge_rows
 from experiments.bench.stats import stored
-from experiments.bench.stats.claim import EACH_TRIAL, PAPER, claim_ids, claims_on, find_claim, words
+from experiments.bench.stats.claim import EACH_TRIAL, PAPER, claim_ids, claims_on, find_claim, texts
 from experiments.bench.stats.count import LEAST_JUDGED, count
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.study import WHOLE, Study, shipped
@@ -72,6 +72,9 @@ READ_OFF = ("background", "constants-2017", "constants-emd")
 """The studies whose points are clips of an off-line experiment of the same name."""
 Shown = tuple[Batch[Any], Sequence[Mapping[str, Any]]]
 """An off-line experiment and its rows."""
+NEEDS_CLIPS = "its off-line experiment was not run (--quick and --robot-only leave some out)"
+NEEDS_FOOTAGE = "needs footage of your own: colias watch FILE --judge"
+"""What it would take to judge a claim that nothing here judges."""
 REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
 """Folders of the trials other than replicate 0's."""
 
@@ -255,7 +258,7 @@ def design(plans: Plans) -> dict[str, Any]:
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(part.study.name, part.specs) for part in plans.studies.values()],
-        "claims": {claim: (words(claim).says, words(claim).source) for claim in claim_ids(PAPER)},
+        "claims": {claim: (texts()[claim]["says"], texts()[claim]["source"]) for claim in claim_ids(PAPER)},
         "least": [{claim.id: claim.least for claim in claims_on("robot").values()},
                   {claim.id: claim.conditions for claim in claims_on("clips").values()},
                   LEAST_GREYS, motion.LEAST_SECONDS, LEAST_SEEDS],
@@ -401,28 +404,20 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
     if clips is not None and place:  # the clips at their first seed are a part of each replicate with the robot
         parts = [{"clips": clips.outcome, "the robot": judge(claim, part)} for part in every]
         experiment = f"{clips.experiment}, {place}"
-        return Verdict.of(words(claim), list(map(Outcome.together, parts)), experiment=experiment)
+        return find_claim(claim, "robot").verdict(list(map(Outcome.together, parts)), experiment=experiment)
     if clips is not None:
         return clips
     if not _about_the_robot(claim):
-        return Verdict.of(words(claim), [Outcome.unjudged(_needs(claim))])
+        on, needs = ("clips", NEEDS_CLIPS) if claim in claims_on("clips") else ("footage", NEEDS_FOOTAGE)
+        return find_claim(claim, on).verdict([Outcome.unjudged(needs)])
     asked = find_claim(claim, "robot")
     places = places_of(asked, place, {row["experiment"] for part in every for row in part.rows})
-    return Verdict.of(asked, [judge(claim, part) for part in every], experiment=", ".join(places))
+    return asked.verdict([judge(claim, part) for part in every], experiment=", ".join(places))
 
 
 def _about_the_robot(claim: str) -> bool:
     """Return whether trials with the robot alone answer for a claim."""
     return claim in registry.answering() and claim not in claims_on("clips") and claim != footage.CLAIM
-
-
-def _needs(claim: str) -> str:
-    """Say what it would take to judge a claim."""
-    if claim in claims_on("clips"):
-        return "its off-line experiment was not run (--quick and --robot-only leave some out)"
-    if claim == footage.CLAIM:
-        return "needs footage of your own: colias watch FILE --judge"
-    return "none of the experiments here declares this claim"
 
 
 def judge(claim: str, trials: Replicate) -> Outcome:
@@ -576,6 +571,6 @@ def judge_models(
                 outcomes.append(Outcome.unjudged(claim.why))
             else:
                 outcomes.append(judge_rows(asked_of, of_seed, thresholds.get(asked_of.spiking)))
-        found.append(Verdict.of(asked_of, outcomes, random=random, model=model, experiment="clips"))
+        found.append(asked_of.verdict(outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures

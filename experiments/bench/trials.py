@@ -305,7 +305,7 @@ def _verdicts(
         judged = judge(claim, about, threshold)
         lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-        verdict = Verdict.of(claim, [judged], model=label, experiment=experiment.name)
+        verdict = claim.verdict([judged], model=label, experiment=experiment.name)
         verdicts.append(dataclasses.replace(verdict, outcome=judged.noting([failed])))
     return verdicts
 

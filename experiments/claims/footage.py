@@ -45,10 +45,10 @@ from experiments.bench.sources.motion import (
     separate,
 )
 from experiments.bench.stats.checks import Check
+from experiments.bench.stats.claim import Claim, claims_on
 from experiments.bench.stats.claim import shipped as claim
-from experiments.bench.stats.claim import words
 from experiments.bench.stats.tests import proportion_interval
-from experiments.bench.stats.verdict import Outcome, Verdict, Words
+from experiments.bench.stats.verdict import Outcome, Verdict
 
 CLAIM = "C12"
 STRONGER = "Real footage in the paper's stronger words: HS passes T, VS stays below T"
@@ -123,15 +123,15 @@ def _ratio(sums: Floats) -> Floats:
 
 def verdicts(frames: pl.DataFrame, models: Sequence[ConfiguredModel], experiment: str) -> list[Verdict]:
     """Judge C12 of each model that has rows, and the paper's stronger words. Nothing in a film is random."""
-    asked = words(CLAIM)
-    beside = Words(id=f"{CLAIM}s", title=STRONGER, says=STRONGER, source=asked.source)
+    asked = claims_on("footage")[CLAIM]
+    beside = Claim(id=f"{CLAIM}s", judge=stronger, says=STRONGER, source=asked.source, title=STRONGER, on="footage")
     judged = []
     for model in models:
         rows, threshold = frames.filter(pl.col("model") == model.label), model.thresholds.get("hs")
-        for told, judge in ((asked, c12), (beside, stronger)) if len(rows) else ():
+        for one in (asked, beside) if len(rows) else ():
             if threshold is None:
                 outcome = Outcome.unjudged("this model has no HS spikes")
             else:
-                outcome = judge(*columns(rows), threshold, frame_rate(rows))
-            judged.append(Verdict.of(told, [outcome], random=False, model=model.label, experiment=experiment))
+                outcome = one.ask(*columns(rows), threshold, frame_rate(rows))
+            judged.append(one.verdict([outcome], random=False, model=model.label, experiment=experiment))
     return judged

@@ -8,9 +8,9 @@ import pytest
 
 from experiments.bench.reproduce import QUICK, design, planned
 from experiments.bench.run.files import to_json
-from experiments.bench.stats.claim import claim_ids
+from experiments.bench.stats.claim import claim_ids, find_claim
 from experiments.bench.stats.stored import document
-from experiments.bench.stats.verdict import Outcome, Verdict, Words
+from experiments.bench.stats.verdict import Outcome
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
 from tools.results import CELLS, RESULTS, ROOT, SOURCES, places, read, renewed
@@ -113,7 +113,7 @@ def test_a_run_of_changed_code_or_without_a_place_is_not_taken(run, docs):
 
 def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     """What the pages make of it is in those that there are."""
-    folder, says = tmp_path / "run", Words(id="C14", says="it turns", source="ours")
+    folder = tmp_path / "run"
     for name in ("run/behave-optomotor", "run/fidelity", "docs"):
         (tmp_path / name).mkdir(parents=True)
     held = Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)")
@@ -121,7 +121,7 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
     files = {
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
-        "claims": document([Verdict.of(says, [held] * 40)]), "behaviours": document([]),
+        "claims": document([find_claim("C14", "robot").verdict([held] * 40)]), "behaviours": document([]),
         "fidelity/fidelity": {"study": "fidelity", "counts": counts},
     }  # fmt: skip
     for name, value in files.items():

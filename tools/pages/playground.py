@@ -31,7 +31,7 @@ from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
 from experiments.bench.report.recordings import pictures
 from experiments.bench.stats.checks import MARGIN
-from experiments.bench.stats.claim import words
+from experiments.bench.stats.claim import texts
 from experiments.claims.robot import PAIRS
 
 ROOT = Path(__file__).parents[2]
@@ -104,7 +104,7 @@ def write(folder: Path) -> None:
         "first": FIRST,
         "footage": _footage(),
         "levers": levers(),
-        "claim": {"id": "C15", "says": words("C15").says, "pairs": PAIRS, "margin": MARGIN["spikes"]},
+        "claim": {"id": "C15", "says": texts()["C15"]["says"], "pairs": PAIRS, "margin": MARGIN["spikes"]},
         "tables": tables(),
     }
     (folder / "site").mkdir()

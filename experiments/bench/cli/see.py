@@ -225,11 +225,11 @@ def _names(kind: str) -> Mapping[str, str]:
             cameras = {f"camera.preset={name}": text for name, text in CameraConfig.preset_summaries().items()}
             return cameras | {f"robot.preset={name}": text for name, text in RobotConfig.preset_summaries().items()}
         case "claims":
-            from experiments.bench.stats.claim import claim_ids, words
+            from experiments.bench.stats.claim import claim_ids, texts
             from experiments.claims.footage import CLAIM, STRONGER
 
-            implied = {name: " (the equations imply it)" if words(name).implied else "" for name in claim_ids()}
-            return {name: words(name).title + note for name, note in implied.items()} | {f"{CLAIM}s": STRONGER}
+            notes = {name: " (the equations imply it)" * ("implied" in texts()[name]) for name in claim_ids()}
+            return {name: texts()[name]["title"] + note for name, note in notes.items()} | {f"{CLAIM}s": STRONGER}
         case "behaviours":
             from experiments.behaviours import BEHAVIOURS, GROUPS
 

@@ -18,7 +18,7 @@ from experiments.bench.run.description import RENDERERS
 from experiments.bench.run.files import Files
 from experiments.bench.run.rows import group, in_words
 from experiments.bench.sources.judge import flaws
-from experiments.bench.stats.claim import claims_on, title_of, words
+from experiments.bench.stats.claim import claims_on, texts
 from experiments.bench.stats.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, REASONS, Count, Kind
 from experiments.bench.stats.verdict import Verdict
 from experiments.bench.study import WHOLE
@@ -87,24 +87,25 @@ def _row(claim: Verdict, result: Reproduction) -> dict[str, Any]:
     count = claim.count
     broken = count.fails and count.word != "holds"
     held = count.sentence() if claim.experiment else "not judged"
-    unless = (words(claim.id).cause or NO_CAUSE) if broken else "" if count.judged else claim.outcome.deciding
+    words = texts()[claim.id]
+    unless = words.get("cause", NO_CAUSE) if broken else "" if count.judged else claim.outcome.deciding
     return {
         "group": 2 if count.kind == "unjudged" else 0 if broken else 1,
-        "id": claim.id, "title": title_of(claim), "kind": count.kind, "sign": SIGNS[count.kind],
+        "id": claim.id, "title": claim.title or claim.says, "kind": count.kind, "sign": SIGNS[count.kind],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
         "why": unless,
         "evidence": [{"heading": name, "text": text} for name, text in _evidence(claim, result).items() if text],
-        "figures": list(dict.fromkeys([*claim.experiment.split(", "), words(claim.id).mechanism[0]])),
+        "figures": list(dict.fromkeys([*claim.experiment.split(", "), words.get("mechanism", "")])),
     }  # fmt: skip
 
 
 def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
     """Return everything that is known of a claim: heading -> text, empty where there is nothing."""
-    asked, count, outcome = words(claim.id), claim.count, claim.outcome
-    whole, again, (experiment, drawn) = result.pooled.get(claim.id), outcome.equal, asked.mechanism
+    words, count, outcome = texts()[claim.id], claim.count, claim.outcome
+    whole, again, mechanism = result.pooled.get(claim.id), outcome.equal, words.get("mechanism")
     evidence = {
         "The claim": f"{claim.says} ({claim.source})" if claim.source else claim.says,
-        "The equations imply it": asked.implied,
+        "The equations imply it": words.get("implied", ""),
     }
     if claim.experiment:
         number = f"replicate 0, {outcome.verdict}, n = {outcome.n}, {claim.experiment}"
@@ -115,9 +116,9 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
             "Measured in replicate 0": "; ".join(filter(None, (outcome.measured, outcome.effect))),
             "Interval": share if count.interval else "",
             "All replicates together": f"{whole.verdict}: {whole.measured}" if whole and count.replicates > 1 else "",
-            "The DSNN's half": f"{asked.of_dsnn}: {count.half.sentence()}" if count.half else "",
-            "What was tried": "" if count.word == "holds" or not count.fails else asked.tried,
-            "Mechanism": f"{experiment}: {drawn}" if experiment else "",
+            "The DSNN's half": f"{words['of_dsnn']}: {count.half.sentence()}" if count.half else "",
+            "What was tried": "" if count.word == "holds" or not count.fails else words.get("tried", ""),
+            "Mechanism": f"{mechanism}: {texts()['mechanisms'][mechanism]}" if mechanism else "",
         }
         if claim.equal is not None and again is not None:
             rivals = ", ".join(claims_on("clips")[claim.id].equal_terms.values())
@@ -126,7 +127,7 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
     return evidence | {
         "Used to choose": f"{chosen}: the claim is no test of what it was used to choose" if chosen else "",
         **{f"With {row['under']}": row["came_to"] for row in result.readings if row["claim"] == claim.id},
-        "With the robot's own eye and wheels": asked.eye,
+        "With the robot's own eye and wheels": words.get("eye", ""),
         "Assumed of the other model": ASSUMED.get(compares_with(claim.id), ""),
     }
 

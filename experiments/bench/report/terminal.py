@@ -87,14 +87,12 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
     provenance
         Where the trials come from; empty where they are simulated.
     """
-    from experiments.bench.stats.claim import title_of  # not before: it loads every claim
-
     skipped = {verdict.id: verdict.outcome.least for verdict in verdicts if verdict.outcome.least}
     for verdict in (verdict for verdict in verdicts if not verdict.outcome.least):
         counted = verdict.count
         who = f" ({verdict.model})" if model and verdict.model else ""
         origin = f" [{provenance}]" if provenance else ""
-        told = f"{title_of(verdict)}; {verdict.outcome.deciding}"
+        told = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}"
         if verdict.equal is not None and verdict.outcome.equal is not None:
             told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
         label = Text(counted.sentence(), VERDICT_COLOURS[counted.kind])

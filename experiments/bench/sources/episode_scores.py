@@ -151,7 +151,7 @@ def verdicts(env: str, behaviours: Collection[str], trials: pl.DataFrame) -> lis
             missing = claim.models - set(trials["model"])
             outcome = Outcome.unjudged(f"needs episodes of {' and '.join(sorted(claim.models))}")
             outcome = outcome if missing else claim.ask(trials)
-            judged.append(Verdict.of(claim, [outcome], experiment=env))
+            judged.append(claim.verdict([outcome], experiment=env))
     return judged
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -17,8 +17,9 @@ from typing import Any, Literal, TypeVar
 
 from experiments.bench.run.errors import check_name, short
 from experiments.bench.run.user_code import traced
-from experiments.bench.stats.checks import Check
-from experiments.bench.stats.verdict import Outcome, Verdict, Words
+from experiments.bench.stats.checks import Check, weakest
+from experiments.bench.stats.count import count
+from experiments.bench.stats.verdict import Outcome, Verdict
 
 PACKAGE = "experiments.claims"
 DSNN = "dsnn"
@@ -35,7 +36,7 @@ PAPER, BEHAVIOURS = "C", "B"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Claim(Words):
+class Claim:
     """A claim: its words, its judge, and the trials that it is about.
 
     An experiment declares it in ``claims=``, beside ids of the paper's. A claim ``on`` trials with the robot is judged
@@ -51,8 +52,8 @@ class Claim(Words):
         they are a polars ``DataFrame``. A claim that names ``models`` gets the rows of all of them, told apart by the
         column ``model``, and the DSNN's threshold, or without the DSNN that of its first model by name. Where a judge
         raises, the claim is not judged.
-    says, source
-        Its words, and where they are from.
+    says, source, title
+        Its words, where they are from, and the claim in a few words.
     on
         What it is judged on: ``robot``, ``clips``, ``footage`` or ``behaviours``. The last two are for claims that
         ship.
@@ -89,10 +90,6 @@ class Claim(Words):
         How many grey levels of the object it needs.
     settled
         Whether the constants of the models that it compares with count as known: those that are shown.
-    title, cause, tried, eye, implied, of_dsnn, mechanism
-        Its other words: the claim in a few words; why it fails; what was tried; what the robot's own eye and wheels
-        make of it; why the equations imply it; what it says of the DSNN alone; the experiment whose figure shows why,
-        and what that figure draws.
 
     Raises
     ------
@@ -109,7 +106,11 @@ class Claim(Words):
     >>> claim = Claim(id="faster-fires-more", says="more spikes at 6 cm/s than at 4", judge=faster)
     """
 
+    id: str
     judge: Callable[..., Outcome | Iterable[Check]]
+    says: str = ""
+    source: str = ""
+    title: str = ""
     on: Literal["robot", "clips", "footage", "behaviours"] = "robot"
     models: Set[str] = frozenset()
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
@@ -180,6 +181,29 @@ class Claim(Words):
             outcome = dataclasses.replace(Outcome.unjudged(why, reason="judge failed"), trouble=traced(error))
         return outcome if outcome.n else dataclasses.replace(outcome, n=len(trials))
 
+    def verdict(
+        self, outcomes: Sequence[Outcome], *, random: bool = True, model: str = "", experiment: str = ""
+    ) -> Verdict:
+        """Return the verdict of the claim over its replicates: the first outcome, and the count of all.
+
+        Parameters
+        ----------
+        outcomes
+            One of each replicate, the first one first.
+        random
+            Whether anything differs between replicates.
+        model, experiment
+            As of a `Verdict`.
+        """
+        again = [outcome.equal.verdict if outcome.equal else "not shown" for outcome in outcomes]
+        return Verdict(
+            self.id, self.says, self.source, outcomes[0], count([one.verdict for one in outcomes], random=random),
+            model, experiment, trouble=next((one.trouble for one in outcomes if one.trouble), ""),
+            equal=count(again, random=random) if any(one.equal for one in outcomes) else None,
+            decisions=tuple((one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes),
+            title=self.title,
+        )  # fmt: skip
+
 
 def _outcome(answer: Any) -> Outcome:
     if not isinstance(answer, Outcome | list | tuple):
@@ -206,8 +230,9 @@ def shipped(claim: str, **fields: Any) -> Callable[[Judge], Judge]:
     """
 
     def declare(judge: Judge) -> Judge:
-        on = judge.__module__.rpartition(".")[2]
-        _SHIPPED.setdefault(on, {})[claim] = Claim(judge=judge, on=on, **vars(words(claim)), **fields)  # type: ignore[arg-type]
+        on, words = judge.__module__.rpartition(".")[2], texts()[claim]
+        declared: Any = {name: words.get(name, "") for name in ("says", "source", "title")} | {"on": on, **fields}
+        _SHIPPED.setdefault(on, {})[claim] = Claim(id=claim, judge=judge, **declared)
         return judge
 
     return declare
@@ -215,7 +240,7 @@ def shipped(claim: str, **fields: Any) -> Callable[[Judge], Judge]:
 
 @cache
 def texts() -> Mapping[str, Any]:
-    """Return the tables of ``claims.toml``; line breaks inside a text are spaces."""
+    """Return the tables of ``claims.toml``, which says what is in them; line breaks inside a text are spaces."""
     return dict(_joined(tomllib.loads(resources.files(PACKAGE).joinpath("claims.toml").read_text("utf-8"))))
 
 
@@ -226,19 +251,6 @@ def _joined(value: Any) -> Any:
 def claim_ids(letter: str = "") -> tuple[str, ...]:
     """Return the ids of the claims that ship, in order, the paper's first; of one ``letter`` those alone."""
     return tuple(name for name in texts() if name.startswith(letter) and name not in ("mechanisms", "papers"))
-
-
-@cache
-def words(claim: str) -> Words:
-    """Return the words of a claim that ships, by its id."""
-    table = dict(texts()[claim])
-    name = table.pop("mechanism", "")
-    return Words(id=claim, **table, mechanism=(name, texts()["mechanisms"].get(name, "")))
-
-
-def title_of(verdict: Verdict) -> str:
-    """Return a claim in a few words: its title, or the words of a user's own that has none."""
-    return words(verdict.id).title if verdict.id in claim_ids() else verdict.title or verdict.says
 
 
 def claims_on(on: str) -> Mapping[str, Claim]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 from experiments.bench.run.errors import short
-from experiments.bench.stats.checks import Check, decide, strength, weakest
-from experiments.bench.stats.count import REASONS, Count, Reason, count
+from experiments.bench.stats.checks import Check, decide, strength
+from experiments.bench.stats.count import REASONS, Count, Reason
 
 MOST_LISTED = 6
 """Checks that are told one by one of a claim that has many."""
@@ -270,44 +270,6 @@ def _listed(checks: Sequence[Check]) -> str:
     return f"{passing} of {len(checks)} checks pass; the weakest: {'; '.join(check.says for check in first)}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Words:
-    """The words of a claim.
-
-    Parameters
-    ----------
-    id
-        Its name in tables.
-    title
-        The claim in a few words.
-    says, source
-        The claim, and where it is from.
-    cause
-        Why it fails, or holds in some replicates only, in one line.
-    tried
-        What was tried to make it hold, or what limits it.
-    eye
-        For a claim about the robot: what the robot's own eye and wheels make of it, in one line.
-    implied
-        Why the model's equations imply it, whatever it sees; empty where they do not.
-    of_dsnn
-        What it says of the DSNN alone, where the rest is about a model whose constants are not known.
-    mechanism
-        The experiment whose figure shows why it comes out as it does, and what that figure draws.
-    """
-
-    id: str
-    title: str = ""
-    says: str = ""
-    source: str = ""
-    cause: str = ""
-    tried: str = ""
-    eye: str = ""
-    implied: str = ""
-    of_dsnn: str = ""
-    mechanism: tuple[str, str] = ("", "")
-
-
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """Verdict on a claim over all its replicates.
@@ -332,7 +294,7 @@ class Verdict:
     decisions
         What it came to in each replicate, the first one first, and the weakest check there, if anything was asked.
     title
-        The claim in a few words; files do not have it.
+        The claim in a few words, or empty.
     """
 
     id: str
@@ -345,36 +307,4 @@ class Verdict:
     trouble: str = ""
     equal: Count | None = None
     decisions: tuple[tuple[Judged, Check | None], ...] = ()
-    title: str = field(default="", compare=False)
-
-    @classmethod
-    def of(
-        cls, claim: Words, outcomes: Sequence[Outcome], *, random: bool = True, model: str = "", experiment: str = ""
-    ) -> Verdict:
-        """Return the verdict of a claim that came to these outcomes.
-
-        Parameters
-        ----------
-        claim
-            The claim, or its words.
-        outcomes
-            One of each replicate, the first one first.
-        random
-            Whether anything differs between replicates.
-        model, experiment
-            As of a `Verdict`.
-
-        Returns
-        -------
-        Verdict
-            The first outcome, and the count of all.
-        """
-        trouble = next((outcome.trouble for outcome in outcomes if outcome.trouble), "")
-        counted = count([outcome.verdict for outcome in outcomes], random=random)
-        again = [outcome.equal.verdict if outcome.equal else "not shown" for outcome in outcomes]
-        equal = count(again, random=random) if any(outcome.equal for outcome in outcomes) else None
-        decisions = tuple((one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes)
-        return cls(
-            claim.id, claim.says, claim.source, outcomes[0], counted, model, experiment, trouble, equal, decisions,
-            claim.title,
-        )  # fmt: skip
+    title: str = ""

@@ -5,8 +5,6 @@ import pytest
 from experiments import Check, Claim, Clip, Experiment, OfflineExperiment, Outcome, Translation, decide
 from experiments.bench.sources.judge import judge
 from experiments.bench.stats.checks import strength
-from experiments.bench.stats.claim import title_of
-from experiments.bench.stats.verdict import Verdict
 from tests.bench.robot.test_judges import rows
 
 HOLDS = Outcome("holds", "as measured")
@@ -69,12 +67,6 @@ def test_what_has_no_number_decides_last_of_the_checks_that_fail():
     nothing, little, far = (Check(f"{reading}", reading, 5) for reading in (float("nan"), 4.0, 1.0))
     assert sorted([nothing, little, Check("9", 9, 5), far], key=strength)[:3] == [far, little, nothing]
     assert decide([Check("9", 9, 5), nothing]) == (False, nothing.text)
-
-
-def test_a_claim_of_one_s_own_is_named_by_its_title():
-    outcome = Outcome("holds", "m")
-    assert title_of(Verdict.of(claim(title="Mine"), [outcome])) == "Mine"
-    assert title_of(Verdict.of(claim(), [outcome])) == "as I say"
 
 
 def broken(claim_rows, threshold):

@@ -6,10 +6,9 @@ import math
 import pytest
 
 from experiments import Check, Outcome
-from experiments.bench.stats.claim import words
+from experiments.bench.stats.claim import find_claim
 from experiments.bench.stats.count import REASONS, Count
 from experiments.bench.stats.stored import VERSION, document, verdicts
-from experiments.bench.stats.verdict import Verdict
 
 CHECKS = (Check("3 spikes", 3.0, 2.0, unit="spikes"), Check("no number", math.nan, (0.4, 0.6), "within", scale=0.1))
 OUTCOMES = {
@@ -27,7 +26,7 @@ OUTCOMES = {
 @pytest.mark.parametrize("name", OUTCOMES)
 @pytest.mark.parametrize("random", [True, False])
 def test_what_is_written_is_read_back(name, random):
-    verdict = Verdict.of(words("C1"), OUTCOMES[name], random=random, model="dsnn", experiment="speed")
+    verdict = find_claim("C1", "clips").verdict(OUTCOMES[name], random=random, model="dsnn", experiment="speed")
     content = json.loads(json.dumps(document([verdict, verdict]), allow_nan=False))
     assert content["version"] == VERSION and len(content["claims"]) == 2
     assert content["claims"][0]["word"] == verdict.count.word

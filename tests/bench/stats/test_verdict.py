@@ -3,9 +3,9 @@
 import itertools
 
 from experiments import Outcome
-from experiments.bench.stats.claim import words
+from experiments.bench.stats.claim import find_claim
 from experiments.bench.stats.count import REASONS, Count
-from experiments.bench.stats.verdict import Verdict, together
+from experiments.bench.stats.verdict import together
 
 
 def test_parts_come_to_the_same_in_every_order():
@@ -22,8 +22,8 @@ def test_parts_come_to_the_same_in_every_order():
 
 def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
     outcomes = [Outcome("fails", "first", decided="d"), Outcome("holds", "second"), Outcome.unjudged("third")]
-    verdict = Verdict.of(words("C1"), outcomes, model="dsnn")
+    verdict = find_claim("C1", "clips").verdict(outcomes, model="dsnn")
     assert verdict.outcome is outcomes[0]
     assert verdict.count == Count(1, 1, {"not shown": 1})
     broken = Outcome("not shown", "m", trouble="line 3")
-    assert Verdict.of(words("C1"), [outcomes[1], broken]).trouble == "line 3"
+    assert find_claim("C1", "clips").verdict([outcomes[1], broken]).trouble == "line 3"
