@@ -350,7 +350,7 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Fitted:
     search: Any = optuna.create_study(direction="maximize")
     settings: list[Setting] = []
     searched = pl.DataFrame(schema=RESULTS)
-    failures: list[dict[str, Any]] = []
+    failures: list[Mapping[str, Any]] = []
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
         study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
