@@ -38,7 +38,6 @@ from experiments.bench.sources.behaviour import (
     ENDING,
     TRAINED_UNDER,
     WHEELS,
-    About,
     TrainedPolicy,
     Vector,
     load_policy,
@@ -97,27 +96,27 @@ class Steered(gym.Wrapper[Vector, Vector, Vector, Vector]):
         return sense(observation, self._command), reward, terminated, truncated, info
 
 
-def steered(about: About) -> Steered:
-    """Return a new env of the kind that ``about`` names, with this process kept to one thread."""
+def steered(policy: TrainedPolicy) -> Steered:
+    """Return a new env of the kind that a policy is for, with this process kept to one thread."""
     cv2.setNumThreads(1)
     threadpool_limits(1)
-    return Steered(gym.make(about.env, observation="neural", model=about.model, **about.options))
+    return Steered(gym.make(policy.env, observation="neural", model=policy.model, **policy.options))
 
 
-def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.DataFrame]:
+def train(policy: TrainedPolicy, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.DataFrame]:
     """Train a policy.
 
     Parameters
     ----------
-    about
-        What it is for. Steps are rounded up to whole rollouts of `ROLLOUT` steps of every env.
+    policy
+        What it is for, without layers. Steps are rounded up to whole rollouts of `ROLLOUT` steps of every env.
     advance
         Called after each step of all envs.
 
     Returns
     -------
     TrainedPolicy
-        The policy. On one version of PyTorch, equal seeds and numbers of envs give equal ones.
+        The policy with its layers. On one version of PyTorch, equal seeds and numbers of envs give equal ones.
     polars.DataFrame
         A row per update: ``steps`` so far, ``episodes`` that ended since the row before, and their mean ``return``.
     """
@@ -134,7 +133,7 @@ def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.
         advance()
         returns.extend(info["episode"]["r"] for info in of_learn["infos"] if "episode" in info)
         steps = of_learn["self"].num_timesteps
-        if steps % (ROLLOUT * about.envs) == 0:
+        if steps % (ROLLOUT * policy.envs) == 0:
             mean = float(np.mean(returns)) if returns else None
             curve.append({"steps": steps, "episodes": len(returns), "return": mean})
             returns.clear()
@@ -142,21 +141,23 @@ def train(about: About, advance: Callable[[], None]) -> tuple[TrainedPolicy, pl.
 
     processes: dict[str, Any] = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
     with without_interrupts():
-        envs = make_vec_env(steered, about.envs, env_kwargs={"about": about}, **(processes if about.envs > 1 else {}))
+        envs = make_vec_env(
+            steered, policy.envs, env_kwargs={"policy": policy}, **(processes if policy.envs > 1 else {})
+        )
     model = PPO(
-        "MlpPolicy", envs, seed=about.seed, device="cpu", n_steps=ROLLOUT, batch_size=ROLLOUT,
+        "MlpPolicy", envs, seed=policy.seed, device="cpu", n_steps=ROLLOUT, batch_size=ROLLOUT,
         # What an action does shows within a second; rewards are about 1 a step, returns to this horizon about 20.
         gamma=0.95, gae_lambda=0.9, learning_rate=1e-3,
-        policy_kwargs={"net_arch": list(about.hidden), "activation_fn": torch.nn.Tanh, "log_std_init": -0.5},
+        policy_kwargs={"net_arch": list(policy.hidden), "activation_fn": torch.nn.Tanh, "log_std_init": -0.5},
     )  # fmt: skip
-    envs.seed(WORLDS + WORLDS_A_SEED * about.seed)
-    model.learn(about.steps, callback=after_step)
+    envs.seed(WORLDS + WORLDS_A_SEED * policy.seed)
+    model.learn(policy.steps, callback=after_step)
     envs.close()  # after an error its processes, which are daemons, end with this one
-    return exported(model, about), pl.DataFrame(curve, infer_schema_length=None)
+    return exported(model, policy), pl.DataFrame(curve, infer_schema_length=None)
 
 
-def exported(model: PPO, about: About) -> TrainedPolicy:
-    """Return the policy of a model, as plain arrays; it is about as many steps as the model has made."""
+def exported(model: PPO, policy: TrainedPolicy) -> TrainedPolicy:
+    """Return a policy with the layers of a model, as plain arrays, and as many steps as that has made."""
     import torch
 
     parts = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
@@ -166,14 +167,14 @@ def exported(model: PPO, about: About) -> TrainedPolicy:
         for part in parts if isinstance(part, torch.nn.Linear)
     ]  # fmt: skip
     libraries = {name: importlib.metadata.version(name) for name in ("stable-baselines3", "torch")}
-    return TrainedPolicy(replace(about, steps=model.num_timesteps, versions=versions() | libraries), layers)
+    return replace(policy, steps=model.num_timesteps, versions=versions() | libraries, layers=layers)
 
 
 # --- several training seeds -------------------------------------------------------------------------------------------
 
 
-def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Sequence[str]) -> list[About]:
-    """Return what each policy has to be about, its steps rounded up as PPO does; `UsageError` where that is wrong."""
+def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Sequence[str]) -> list[TrainedPolicy]:
+    """Return the policies to train, their steps rounded up as PPO does; `UsageError` where that is wrong."""
     check_counts(seed, seeds, "--seeds")
     where = env_id(env)
     if where not in OPPONENTS:
@@ -183,23 +184,23 @@ def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Se
             raise UsageError(f"--set {text}: a training may change {', '.join(TRAINED_UNDER)}")
     options, rollout = behave.env_options(where, assignments), ROLLOUT * envs
     whole = -(-steps // rollout) * rollout
-    return [About(where, one, whole, envs, options=options) for one in range(seed, seed + seeds)]
+    return [TrainedPolicy(where, one, whole, envs, options=options) for one in range(seed, seed + seeds)]
 
 
-def described(abouts: Sequence[About]) -> str:
+def described(policies: Sequence[TrainedPolicy]) -> str:
     """Return what is trained, in words."""
-    first, n = abouts[0], count(len(abouts), "training seed")
+    first, n = policies[0], count(len(policies), "training seed")
     return f"{short_name(first.env)}: {n} of {first.steps:,} steps, {JUDGED} episodes each"
 
 
-def run(abouts: Sequence[About], folder: Path, pool: Workers) -> tuple[Run, pl.DataFrame]:
+def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple[Run, pl.DataFrame]:
     """Train the policies that a folder lacks, then judge all and their opponents in worlds that none was trained in.
 
     Eye, wheels and randomisation are those of the training.
 
     Parameters
     ----------
-    abouts
+    policies
         From `plan`.
     folder
         A new one, or one that has a part of this training.
@@ -218,29 +219,29 @@ def run(abouts: Sequence[About], folder: Path, pool: Workers) -> tuple[Run, pl.D
     UsageError
         The folder has policies of another training, or the extra is not installed.
     """
-    files, first = [folder / f"policy-{about.seed}{ENDING}" for about in abouts], abouts[0]
+    files, first = [folder / f"policy-{policy.seed}{ENDING}" for policy in policies], policies[0]
     missing = []
-    for about, file in zip(abouts, files, strict=True):
+    for policy, file in zip(policies, files, strict=True):
         if not file.exists():
-            missing.append((about, file))
-        elif replace(load_policy(file).about, versions={}) != about:
+            missing.append((policy, file))
+        elif replace(load_policy(file), versions={}) != policy:
             raise UsageError(f"{file}: it is of another training; choose another --out")
     if missing:
         if begun(folder):
             raise UsageError(f"--out {folder}: its policies are judged already; choose another")
         require_training()
-    for about, file in missing:
-        name, rounds = f"training seed {about.seed}", about.steps // about.envs
+    for policy, file in missing:
+        name, rounds = f"training seed {policy.seed}", policy.steps // policy.envs
         with interrupts.once(), progress(name, rounds, pool.quiet, "steps of all envs") as advance:
-            policy, curve = train(about, advance)
+            trained, curve = train(policy, advance)
             folder.mkdir(parents=True, exist_ok=True)
-            curve.write_csv(folder / f"learning-{about.seed}.csv")
-            policy.save(file)
+            curve.write_csv(folder / f"learning-{policy.seed}.csv")
+            trained.save(file)
     names = (*(str(file.resolve()) for file in files), *OPPONENTS[first.env])
     judged = behave.episodes(names, first.env, first.options, JUDGED, 0)
     with pool.running():
         report = behave.run(judged, folder, pool)
-    if len(abouts) == 1 or not report.done:
+    if len(policies) == 1 or not report.done:
         return report, report.summary if report.done else pl.DataFrame()
     table = together(report.summary, pl.col("behaviour").is_in([file.stem for file in files]), first.seed)
     Files(folder).write_rows("policies.csv", table.to_dicts())

@@ -14,19 +14,19 @@ from dsnn import Response
 from experiments import UsageError
 from experiments.bench import train
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.behaviour import SENSED, WHEELS, About, TrainedPolicy, load_policy, sense, steer
+from experiments.bench.sources.behaviour import SENSED, WHEELS, TrainedPolicy, load_policy, sense, steer
 from experiments.bench.sources.episodes import load_behaviour
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"
-ABOUT = About(OPTOMOTOR, seed=3, steps=512, envs=2, hidden=(5, 4))
+UNTRAINED = TrainedPolicy(OPTOMOTOR, seed=3, steps=512, envs=2, hidden=(5, 4))
 
 
-def random_policy(about=ABOUT):
-    rng = np.random.default_rng(about.seed)
-    sizes = [SENSED, *about.hidden, WHEELS]
+def random_policy(policy=UNTRAINED):
+    rng = np.random.default_rng(policy.seed)
+    sizes = [SENSED, *policy.hidden, WHEELS]
     layers = [(rng.normal(0, 0.3, shape).astype(np.float32), rng.normal(0, 0.3, shape[0]).astype(np.float32))
               for shape in zip(sizes[1:], sizes[:-1], strict=True)]  # fmt: skip
-    return TrainedPolicy(about, layers)
+    return dataclasses.replace(policy, layers=layers)
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ def saved(tmp_path):
 
 def test_a_policy_comes_back_as_it_was_saved(saved, tmp_path):
     policy, back = random_policy(), load_policy(saved)
-    assert back.about == policy.about
+    assert back == policy
     for (weights, biases), (w, b) in zip(policy.layers, back.layers, strict=True):
         assert np.array_equal(weights, w) and np.array_equal(biases, b) and w.dtype == np.float32
     random_policy().save(tmp_path / "again.npz")
@@ -59,15 +59,15 @@ def test_what_is_no_policy_is_refused(saved, wrong):
 @pytest.mark.parametrize("changes", [{"env": "CartPole-v1"}, {"model": "my_model.py"}, {"options": {"arena": "x.py"}}])
 def test_a_file_names_nothing_that_could_make_code_run(changes):
     with pytest.raises(ValueError, match=r"."):
-        dataclasses.replace(ABOUT, **changes)
+        dataclasses.replace(UNTRAINED, **changes)
 
 
 def test_a_policy_plays_under_the_eye_and_wheels_that_it_was_trained_with(tmp_path):
     options = {"camera": "ov7670", "robot": {"preset": "colias4", "trim": 2}, "randomise": {"light": [0.7, 1.3]}}
-    about = dataclasses.replace(ABOUT, options=options)
-    random_policy(about).save(tmp_path / "policy.npz")
+    policy = dataclasses.replace(UNTRAINED, options=options)
+    random_policy(policy).save(tmp_path / "policy.npz")
     assert load_behaviour(str(tmp_path / "policy.npz")).options == options
-    env = train.steered(about)
+    env = train.steered(policy)
     _, info = env.reset(seed=0)
     assert info["randomised"].keys() == {"light"}
     camera, robot = env.unwrapped._sim.camera.config, env.unwrapped._sim.robots["observer"].config
@@ -91,7 +91,7 @@ def test_commands_fade_add_up_and_stay_within_their_limit():
 
 def test_a_policy_answers_with_the_same_bits_alone_and_among_others():
     """A product of matrices sums in another order with another number of rows, and on another processor."""
-    policy = random_policy(dataclasses.replace(ABOUT, hidden=(32, 32)))
+    policy = random_policy(dataclasses.replace(UNTRAINED, hidden=(32, 32)))
     sensed = np.random.default_rng(1).uniform(-1, 1, (200, SENSED)).astype(np.float32)
     together = policy.answer(sensed)
     assert together.dtype == np.float32
@@ -134,7 +134,7 @@ def asked(seeds=3, **changes):
 
 
 def test_steps_are_whole_rollouts_and_seeds_count_up():
-    assert [(about.seed, about.steps) for about in asked()] == [(3, 1024), (4, 1024), (5, 1024)]
+    assert [(policy.seed, policy.steps) for policy in asked()] == [(3, 1024), (4, 1024), (5, 1024)]
     for wrong in ({"env": "Pursuit"}, {"assignments": ["robots=3"]}):
         with pytest.raises(UsageError):
             asked(**wrong)
@@ -144,9 +144,9 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
     """The training itself is left out: it needs the extra."""
     trained = []
 
-    def learn(about, advance):
-        trained.append(about.seed)
-        return random_policy(about), pl.DataFrame({"steps": [1024], "episodes": [0], "return": [None]})
+    def learn(policy, advance):
+        trained.append(policy.seed)
+        return random_policy(policy), pl.DataFrame({"steps": [1024], "episodes": [0], "return": [None]})
 
     monkeypatch.setattr(train, "train", learn)
     monkeypatch.setattr(train, "require_training", lambda: None)
@@ -189,10 +189,10 @@ def test_a_training_without_the_extra_is_a_wrong_use(tmp_path, monkeypatch):
 
 def test_training_is_repeatable():
     pytest.importorskip("stable_baselines3")
-    about, steps = About(OPTOMOTOR, seed=1, steps=256, envs=1), []
-    (first, curve), (second, _) = (train.train(about, lambda: steps.append(1)) for _ in range(2))
+    policy, steps = TrainedPolicy(OPTOMOTOR, seed=1, steps=256, envs=1), []
+    (first, curve), (second, _) = (train.train(policy, lambda: steps.append(1)) for _ in range(2))
     assert len(steps) == 512 and curve["steps"].to_list() == [256]
-    assert first.about.steps == 256 and "torch" in first.about.versions
+    assert first.steps == 256 and "torch" in first.versions
     for ours, theirs in zip(first.layers, second.layers, strict=True):
         assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
 
@@ -203,14 +203,14 @@ def test_the_exported_network_answers_as_the_model_does():
     from stable_baselines3 import PPO
     from stable_baselines3.common.vec_env import DummyVecEnv
 
-    about = dataclasses.replace(ABOUT, hidden=(32, 32))
-    envs = DummyVecEnv([lambda: train.steered(about)])
+    policy = dataclasses.replace(UNTRAINED, hidden=(32, 32))
+    envs = DummyVecEnv([lambda: train.steered(policy)])
     model = PPO("MlpPolicy", envs, seed=0, device="cpu", n_steps=256, batch_size=256,
-                policy_kwargs={"net_arch": list(about.hidden), "activation_fn": torch.nn.Tanh})  # fmt: skip
+                policy_kwargs={"net_arch": list(policy.hidden), "activation_fn": torch.nn.Tanh})  # fmt: skip
     envs.close()
     with torch.no_grad():  # as large as trained ones are: initial weights of the last layer are nearly 0
         for part in model.policy.parameters():
             part += 0.1 * torch.randn_like(part)
     sensed = np.random.default_rng(1).uniform(-1, 1, (200, SENSED)).astype(np.float32)
     theirs = model.policy.get_distribution(torch.from_numpy(sensed)).distribution.mean.detach().numpy()
-    assert np.abs(train.exported(model, about).answer(sensed) - theirs).max() < 1e-6
+    assert np.abs(train.exported(model, policy).answer(sensed) - theirs).max() < 1e-6

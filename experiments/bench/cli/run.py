@@ -181,11 +181,11 @@ def train(
     from experiments.bench.report import behaviours
     from experiments.bench.report.terminal import count, show_files
 
-    abouts = training.plan(env, steps, seed, envs, seeds, assignments or ())
+    policies = training.plan(env, steps, seed, envs, seeds, assignments or ())
     folder = options.results_folder(out, f"train-{env}")
-    report, table = training.run(abouts, folder, options.pool(workers, None, quiet))
+    report, table = training.run(policies, folder, options.pool(workers, None, quiet))
     if not quiet and report.done:
-        title = training.described(abouts)
+        title = training.described(policies)
         behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)
         show_files(folder, count(seeds, "training seed"))
     return options.EXIT_FAILED if report.failures.height else 0

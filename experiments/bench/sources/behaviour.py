@@ -24,8 +24,6 @@ Wheels = tuple[float, float]
 Policy = Callable[[Any], Wheels]
 """Function from what is sensed to what to do next: a `dsnn.Response`, or a `colias_sim.envs.State`."""
 Vector = npt.NDArray[np.float32]
-Layer = tuple[Vector, Vector]
-"""Weights (out, in) and biases (out,), float32."""
 
 WHEELS = 2
 SENSED = len(NEURAL) + WHEELS
@@ -125,8 +123,11 @@ def steer(last: Vector, answer: Vector) -> Vector:
 
 
 @checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True))
-class About:
-    """Purpose, size and origin of a trained policy."""
+class TrainedPolicy:
+    """A network of tanh layers, the last linear, that steers by the neural observation, and how it is trained.
+
+    Plain NumPy. Before the training it has no layers.
+    """
 
     env: str
     seed: int = Field(ge=0, lt=2**32)
@@ -140,6 +141,8 @@ class About:
     options: Mapping[str, Any] = Field(default_factory=dict)
     """The env's arguments in training, beside observation and model."""
     format: Literal["colias-policy 1"] = "colias-policy 1"
+    layers: list[Any] = field(default_factory=list, compare=False, repr=False)
+    """Weights (out, in) and biases (out,) of each, float32."""
 
     def __post_init__(self) -> None:
         if self.env not in ENVS:
@@ -150,22 +153,6 @@ class About:
         for name in self.options:
             if name not in TRAINED_UNDER:
                 raise ValueError(f"a training may change {', '.join(TRAINED_UNDER)}, got {short(name)}")
-
-
-@dataclass(frozen=True, slots=True)
-class TrainedPolicy:
-    """A network of tanh layers, the last linear, that steers by the neural observation. Plain NumPy.
-
-    Parameters
-    ----------
-    about
-        What it is for.
-    layers
-        Weights (out, in) and biases (out,) of each layer.
-    """
-
-    about: About
-    layers: list[Layer]
 
     def answer(self, sensed: Vector) -> Vector:
         """Return the network's answer, (2,) or (N, 2), not yet cut to [-1, 1], to what is sensed, (9,) or (N, 9).
@@ -183,9 +170,8 @@ class TrainedPolicy:
 
     def behaviour(self, name: str) -> Behaviour:
         """Return it as a behaviour, under the arguments of its training: each episode begins with wheels at rest."""
-        about = self.about
-        summary = f"a network trained for {about.steps:,} steps"
-        return Behaviour(name, summary, about.env, lambda rng: self._driver(), "neural", about.model, about.options)
+        summary = f"a network trained for {self.steps:,} steps"
+        return Behaviour(name, summary, self.env, lambda rng: self._driver(), "neural", self.model, self.options)
 
     def _driver(self) -> Policy:
         command = np.zeros(WHEELS, np.float32)
@@ -201,7 +187,7 @@ class TrainedPolicy:
 
     def save(self, path: Path) -> None:
         """Write it as an .npz file of float32 arrays and a JSON text."""
-        arrays = {"about": np.array(TypeAdapter(About).dump_json(self.about).decode())}
+        arrays = {"about": np.array(TypeAdapter(TrainedPolicy).dump_json(self, exclude={"layers"}).decode())}
         for place, (weights, biases) in enumerate(self.layers):
             arrays |= {f"weights{place}": weights, f"biases{place}": biases}
         with replacing(path) as partial, partial.open("wb") as file:
@@ -212,9 +198,9 @@ def load_policy(path: Path) -> TrainedPolicy:
     """Read a trained policy from its file, which runs nothing that is in it; `UsageError` where it holds none."""
     try:
         with np.load(path, allow_pickle=False) as file:
-            about = TypeAdapter(About).validate_python(json.loads(str(file["about"])))
-            layers = [(file[f"weights{place}"], file[f"biases{place}"]) for place in range(len(about.hidden) + 1)]
-        return TrainedPolicy(about, layers)
+            about = json.loads(str(file["about"]))
+            layers = [(file[f"weights{place}"], file[f"biases{place}"]) for place in range(len(about["hidden"]) + 1)]
+            return TypeAdapter(TrainedPolicy).validate_python({**about, "layers": layers})
     except (ValueError, KeyError, OSError) as error:
         raise UsageError(f"{path}: not a policy file ({' '.join(str(error).split())[:200]})") from None
 
