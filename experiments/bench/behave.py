@@ -33,7 +33,6 @@ from experiments.bench.sources.behaviour import Behaviour
 from experiments.bench.sources.episodes import (
     EPISODES,
     STEPS,
-    EpisodeCondition,
     EpisodeTrial,
     env_id,
     load_behaviour,
@@ -69,10 +68,10 @@ def episodes(
     loaded = list(map(load_behaviour, behaviours))
     specs = []
     for place, behaviour in enumerate(loaded):
-        condition = EpisodeCondition(behaviours[place], env, options, steps)
         sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
         for repeat in range(count):
-            specs.append(EpisodeTrial("behave", place * count + repeat, repeat, seed + repeat, condition, sees_by))
+            index = place * count + repeat
+            specs.append(EpisodeTrial("behave", index, repeat, seed + repeat, behaviours[place], sees_by))
     arena = options.get("arena", "")
     files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
     sources = [*behaviours, *(behaviour.model for behaviour in loaded), *files]
@@ -85,7 +84,7 @@ def episodes(
         name="behave",
         # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
         specs=sorted(specs, key=lambda trial: (trial.repeat, trial.index)),
-        work=partial(play_trial, recorded=0),
+        work=partial(play_trial, env=env, options=options, steps=steps, recorded=0),
         description=description,
         schemas=(EPISODES, STEPS),
         things="episodes",
@@ -177,13 +176,14 @@ def _value(text: str) -> Any:
         return text
 
 
-def play_trial(trial: EpisodeTrial, *, recorded: int) -> TrialRecord:
+def play_trial(
+    trial: EpisodeTrial, *, env: str, options: Mapping[str, Any], steps: int | None, recorded: int
+) -> TrialRecord:
     """Play one episode in a worker; the first ``recorded`` of the run with their recordings."""
     cv2.setNumThreads(1)
-    setting, kept = trial.condition, trial.index < recorded
+    kept = trial.index < recorded
     with threadpool_limits(1):
-        behaviour = load_behaviour(setting.behaviour)
-        episode = play(behaviour, setting.env, setting.options, trial.seed, setting.steps, images=kept)
+        episode = play(load_behaviour(trial.condition), env, options, trial.seed, steps, images=kept)
     row = {**episode.row(), "trial": trial.index, "repeat": trial.repeat}
     recording = recording_of(lambda: record(episode)) if kept else None
     done = TrialRecord(trial.index, (row,), episode.steps(trial.index), recording)
@@ -207,8 +207,9 @@ def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, *, recordings: int
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
     env, names = batch.description["env"], [load_behaviour(name).name for name in batch.description["behaviours"]]
-    work, description = partial(play_trial, recorded=recordings), {**batch.description, "recorded": recordings}
-    with replace(batch, work=work, description=description).run(out, pool) as folder:
+    work: Any = batch.work
+    description = {**batch.description, "recorded": recordings}
+    with replace(batch, work=partial(work, recorded=recordings), description=description).run(out, pool) as folder:
         trials = folder.table("trials")
         # A claim is about the env as it is.
         judged = [] if batch.description["options"] else scoring.verdicts(env, names, trials)

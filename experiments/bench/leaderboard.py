@@ -263,7 +263,7 @@ def response(row: Mapping[str, Any], trial: Any, frames: pl.DataFrame | None) ->
         shown = "background" if row["object"] == "absent" or row["motion"] is None else str(row["motion"])
     counts = [row[name] for name in ("hs_spikes", "vs_spikes", "looming_spikes") if row[name] is not None]
     found = {
-        "model": row["model"], "condition": f"{row['experiment']} {trial.condition.label()}", "shown": shown,
+        "model": row["model"], "condition": f"{row['experiment']} {trial.label()}", "shown": shown,
         "right": answer(row) == shown, "strength": max(sign * row[column] for column, sign in SIGNED.values()),
         "looming": row["peak_looming"], "spiked": any(counts) if counts else None,
     }  # fmt: skip

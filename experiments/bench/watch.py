@@ -165,7 +165,7 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
         sinks.append(rr.GrpcSink(viewer.opened("the Rerun viewer did not open on this screen: give --no-view")))
     stream = rr.RecordingStream(record.APPLICATION)
     stream.set_sinks(*sinks, default_blueprint=record.page(record.views(content)))
-    stream.send_recording_name(trial.condition.label())
+    stream.send_recording_name(trial.label())
     stream.send_chunks(record.static(content))
     recorder = Recorder(trial.models, stream, EVERY_S if view else math.inf)
     try:

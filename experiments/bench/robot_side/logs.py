@@ -308,7 +308,7 @@ def record(trial: LogTrial, showings: Sequence[Showing], rows: Sequence[Mapping[
     values = {"experiment": trial.experiment, "trial": trial.index, COLUMN: origin, **trial.condition.columns()}
     digest = hashlib.blake2s(trial.rows.write_csv().encode(), digest_size=6).hexdigest()
     return rerun.write(
-        content, frames, f"{trial.index:04d} {trial.condition.label()}, {origin}",
+        content, frames, f"{trial.index:04d} {trial.label()}, {origin}",
         f"{trial.experiment}-measured-{trial.index:04d}-{digest}", {"trial": rerun.known(values)},
     )  # fmt: skip
 

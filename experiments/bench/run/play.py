@@ -118,6 +118,10 @@ class Trial:
         """Open the source of each eye: its name, empty for the only one, and the models that see by it."""
         yield "", self.condition.open(self.seed), self.models
 
+    def label(self) -> str:
+        """Return the condition as tables and messages name it."""
+        return str(self.condition.label())
+
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
         """Return each model with the rate of the frames that it is shown, 1/s."""
         rate = self.condition.open(self.seed).fps

@@ -116,9 +116,9 @@ class Batch(Generic[AnyTrial]):
         try:
             for spec, done, trouble in finished(left, work, pool, fatal=(GLUnavailable, provenance.OtherCode)):
                 if done is None:
-                    folder.fail(spec.index, spec.condition.label(), spec.seed, trouble)
+                    folder.fail(spec.index, spec.label(), spec.seed, trouble)
                 else:
-                    folder.add(done, spec.condition.label(), spec.seed)
+                    folder.add(done, spec.label(), spec.seed)
                 advance(self.size(spec))
         finally:
             folder.flush()

@@ -6,7 +6,6 @@ import dataclasses
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -56,25 +55,12 @@ Place = tuple[float, float, float]
 """x and y in cm, heading in degrees."""
 
 
-@dataclass(frozen=True, slots=True)
-class EpisodeCondition:
-    """What an episode shows: who behaves, where, and what of the env is changed."""
-
-    behaviour: str
-    """A registered name, or the absolute path of a file."""
-    env: str
-    options: Mapping[str, Any]
-    steps: int | None = None
-    """Number of frames after which the episode is over; otherwise the env's own number."""
+class EpisodeTrial(Trial):
+    """An episode. Its condition is a behaviour's name or the absolute path of a file, its model what that sees by."""
 
     def label(self) -> str:
-        """Return a label for people."""
-        changed = "".join(f", {name}={value}" for name, value in self.options.items())
-        return f"{self.behaviour} in {short_name(self.env)}{changed}"
-
-
-class EpisodeTrial(Trial):
-    """An episode of an `EpisodeCondition`; its model is the one that its behaviour sees by, if it does."""
+        """Return the behaviour's name or path."""
+        return str(self.condition)
 
     def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
         """Return its behaviour's vision model with the env's frame rate, 1/s."""

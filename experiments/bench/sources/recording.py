@@ -49,7 +49,7 @@ def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mappin
 
 def title(spec: RobotTrial) -> str:
     """Return the name of a trial's recording."""
-    return f"{spec.index:04d} {spec.condition.label()}, repeat {spec.repeat}"
+    return f"{spec.index:04d} {spec.label()}, repeat {spec.repeat}"
 
 
 def content(spec: RobotTrial, seen: Frames, models: Iterable[Model]) -> Content:
