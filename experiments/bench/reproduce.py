@@ -72,9 +72,12 @@ READ_OFF = ("background", "constants-2017", "constants-emd")
 """The studies whose points are clips of an off-line experiment of the same name."""
 Shown = tuple[Batch[Any], Sequence[Mapping[str, Any]]]
 """An off-line experiment and its rows."""
-NEEDS_CLIPS = "its off-line experiment was not run (--quick and --robot-only leave some out)"
-NEEDS_FOOTAGE = "needs footage of your own: colias watch FILE --judge"
-"""What it would take to judge a claim that nothing here judges."""
+NEEDS: Mapping[str, str] = {
+    "clips": "its off-line experiment was not run (--quick and --robot-only leave some out)",
+    "footage": "needs footage of your own: colias watch FILE --judge",
+    "robot": "none of the experiments here declares this claim",
+}
+"""What a claim is judged on -> what it would take to judge it, where nothing here does."""
 REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
 """Folders of the trials other than replicate 0's."""
 
@@ -408,8 +411,8 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
     if clips is not None:
         return clips
     if not _about_the_robot(claim):
-        on, needs = ("clips", NEEDS_CLIPS) if claim in claims_on("clips") else ("footage", NEEDS_FOOTAGE)
-        return find_claim(claim, on).verdict([Outcome.unjudged(needs)])
+        on = next(on for on in NEEDS if claim in claims_on(on))
+        return find_claim(claim, on).verdict([Outcome.unjudged(NEEDS[on])])
     asked = find_claim(claim, "robot")
     places = places_of(asked, place, {row["experiment"] for part in every for row in part.rows})
     return asked.verdict([judge(claim, part) for part in every], experiment=", ".join(places))

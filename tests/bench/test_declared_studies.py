@@ -12,7 +12,7 @@ from experiments.bench.replicates import MODEL, replicate
 from experiments.bench.reproduce import FULL
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.workers import Workers
-from experiments.bench.stats.claim import claims_on
+from experiments.bench.stats.claim import texts
 from experiments.bench.study import shipped
 from experiments.bench.sweep import read
 from experiments.bench.sweep_plan import EVERY_MODEL
@@ -101,8 +101,6 @@ def test_a_study_without_models_judges_each_claim_on_those_that_it_is_about():
 
 # --- the background's speed -------------------------------------------------------------------------------------------
 
-CLAIMS = claims_on("clips")
-
 
 def crossings(vs_at, hs=0.2):
     """Clips of C6 and C8 at every speed; VS as a function of it."""
@@ -124,7 +122,7 @@ def judged_at(claim, speed, rows):
 def test_a_claim_is_judged_at_one_speed_of_the_background_at_a_time():
     for claim in ("C6", "C8"):
         still, faster = crossings(lambda behind: 0.0), crossings(lambda behind: behind / 300.0)
-        best = "unknown constants" if CLAIMS[claim].of_dsnn else "holds"
+        best = "unknown constants" if "of_dsnn" in texts()[claim] else "holds"
         assert {judged_at(claim, speed, still).verdict for speed in SPEEDS} == {best}
         holds = [speed for speed in SPEEDS if judged_at(claim, speed, faster).verdict == best]
         assert holds == [speed for speed in SPEEDS if speed / 300.0 < 0.16]

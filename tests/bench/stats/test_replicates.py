@@ -9,7 +9,7 @@ from experiments.bench.replicates import Replicate, of_model
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.sources.judge import judge as outcome
-from experiments.bench.stats.claim import POTENTIALS, Claim, claims_on, find_claim
+from experiments.bench.stats.claim import POTENTIALS, Claim, claims_on, find_claim, texts
 from experiments.bench.stats.count import Count
 from tests.bench.robot.test_judges import enough as trials_of
 from tests.helpers import clip_rows
@@ -117,7 +117,7 @@ def crossing_clip(level, stimulus="plain", motion="rightward", **changes):
 )
 def test_a_claim_about_clips_needs_answers_at_the_paper_s_own_speeds(claim, shown, answers):
     rows = [row for row in enough(claim) if row["motion"] not in SIGNED] if claim in ("C3", "C5") else enough(claim)
-    best = "unknown constants" if find_claim(claim, "clips").of_dsnn else "holds"
+    best = "unknown constants" if "of_dsnn" in texts()[claim] else "holds"
     assert clip_rows.judge(claim, rows, T_CLIPS, shown).verdict == (best if answers else "silent model")
     other = {**crossing_clip(0.9), "model": "dsn2017"}
     judged = clip_rows.judge(claim, rows, T_CLIPS, [other])
