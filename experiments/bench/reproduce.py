@@ -21,7 +21,7 @@ from experiments.bench import behave, offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
 from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.report.terminal import error_console
-from experiments.bench.result import Run, whole_networks
+from experiments.bench.result import whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
@@ -80,6 +80,8 @@ NEEDS: Mapping[str, str] = {
 """What a claim is judged on -> what it would take to judge it, where nothing here does."""
 REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
 """Folders of the trials other than replicate 0's."""
+COUNTED = (*READ_OFF, SENSITIVITY, SENSITIVITY_CLIPS, ONBOARD.name)
+"""The studies whose counts the report has, each in ``NAME.json``, as far as they are run."""
 
 
 # What is run.
@@ -275,43 +277,8 @@ def design(plans: Plans) -> dict[str, Any]:
 # Running and judging.
 
 
-@dataclass(frozen=True, slots=True)
-class Reproduction:
-    """Everything that the report shows.
-
-    Parameters
-    ----------
-    folder, plans
-        Where it is, and what was run.
-    claims, own_claims
-        Verdicts on the paper's claims, and on ours about behaviours.
-    pooled
-        Claim about the robot -> its outcome on the trials of all replicates together.
-    readings
-        What claims came to under other readings of the paper: see `other_readings`.
-    runs, offline, behaviours
-        Results of the experiments with the robot, of the off-line ones and of the episodes in each env.
-    studies
-        Counts of the moves, of the constants of other models and of the robot's arithmetic.
-    failures
-        Folder -> the trials, clips or episodes that failed there.
-    """
-
-    folder: Path
-    plans: Plans
-    claims: list[Verdict]
-    own_claims: list[Verdict]
-    pooled: Mapping[str, Outcome]
-    readings: list[dict[str, str]]
-    runs: list[Run]
-    offline: list[Run]
-    behaviours: list[Run]
-    studies: list[Sweep]
-    failures: Mapping[str, Sequence[Mapping[str, Any]]]
-
-
-def reproduce(folder: Path, plans: Plans, pool: Workers) -> Reproduction:
-    """Run what is missing in a folder, judge every claim, and write the verdicts there.
+def reproduce(folder: Path, plans: Plans, pool: Workers) -> tuple[list[Verdict], list[Mapping[str, Any]]]:
+    """Run what is missing in a folder, judge every claim, and write the verdicts and the figures of studies there.
 
     Parameters
     ----------
@@ -321,11 +288,19 @@ def reproduce(folder: Path, plans: Plans, pool: Workers) -> Reproduction:
         From `planned`.
     pool
         Workers, or a cluster.
+
+    Returns
+    -------
+    verdicts, failures
+        The verdicts on the paper's claims, then on ours about behaviours; and what failed, of all parts.
     """
+    from experiments.bench.report import style  # not before: workers do without matplotlib
+    from experiments.bench.report import sweep as report
+
     if not pool.quiet:
         error_console.print(f"{pool.where()}, into {folder}")
     begin_whole(folder, "reproduction")
-    counts, failures = {}, {}
+    counts = {}
     with pool.running():
         runs = [robot_run.run(part, folder / part.name, pool, recordings=True) for part in plans.robot]
         clips = [
@@ -338,9 +313,8 @@ def reproduce(folder: Path, plans: Plans, pool: Workers) -> Reproduction:
             played.append(behave.run(part, folder / f"behave-{env}", pool))
         for name, study in plans.studies.items():
             counts[name] = sweep.play(study, folder / name, pool)
-            failures[name] = counts[name].failures
-    for done in [*runs, *clips, *played]:
-        failures[done.folder.name] = done.failures.to_dicts()
+    failures = [failure for counted in counts.values() for failure in counted.failures]
+    failures += [failure for run in (*runs, *clips, *played) for failure in run.failures.to_dicts()]
     shows = [(part, whole_networks(done)) for part, done in zip(plans.clips, clips, strict=True)]
     specs = [spec for part in plans.paper() for spec in part.specs]
     every = [replicate(specs, [row for done in runs for row in whole_networks(done)])]
@@ -350,19 +324,17 @@ def reproduce(folder: Path, plans: Plans, pool: Workers) -> Reproduction:
     if plans.scale.onboard and SENSITIVITY in counts:
         studies.append(onboard(plans, every, counts[SENSITIVITY]))
     paper = verdicts(every, shows)
-    own = [verdict for report in played for verdict in report.verdicts]
-    readings = list(other_readings(every, shows, list(counts.values())))
-    result = Reproduction(folder, plans, paper, own, pooled(every), readings, runs, clips, played, studies, failures)
-    files = Files(result.folder)
-    files.write_json("design.json", design(result.plans))
-    files.write_json("claims.json", stored.document(result.claims))
-    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in result.pooled.items()})
-    files.write_json("readings.json", result.readings)
+    own = [verdict for run in played for verdict in run.verdicts]
+    files = Files(folder)
+    files.write_json("design.json", design(plans))
+    files.write_json("claims.json", stored.document(paper))
+    files.write_json("behaviours.json", stored.document(own))
+    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})
+    files.write_json("readings.json", list(other_readings(every, shows, list(counts.values()))))
     for counted in studies:
         files.write_json(f"{counted.plan.study.name}.json", counted.described())
-    if result.own_claims:
-        files.write_json("behaviours.json", stored.document(result.own_claims))
-    return result
+        style.save(report.draw(counted), folder / counted.plan.study.name)
+    return [*paper, *own], failures
 
 
 def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:

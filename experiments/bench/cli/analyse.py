@@ -49,12 +49,13 @@ def reproduce(
     pool = options.pool(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     plans = whole.planned(scale, seed, (*whole.BESIDE, *(model or ())), experiment or (), robot_only)
-    result = whole.reproduce(options.results_folder(out, "reproduce"), plans, pool)
-    page.write(result)
+    folder = options.results_folder(out, "reproduce")
+    verdicts, failures = whole.reproduce(folder, plans, pool)
+    page.write(folder)
     if not quiet:
-        show_verdicts((*result.claims, *result.own_claims))
-        show_files(result.folder, "reproduction")
-    return options.EXIT_FAILED if any(result.failures.values()) else 0
+        show_verdicts(verdicts)
+        show_files(folder, "reproduction")
+    return options.EXIT_FAILED if failures else 0
 
 
 def sweep(

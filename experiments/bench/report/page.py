@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Iterator, Mapping
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from experiments.bench.report import style, sweep
+from experiments.bench.report import style
 from experiments.bench.report.robot import PAPER, panels
 from experiments.bench.report.templates import render
-from experiments.bench.reproduce import FULL, Reproduction
-from experiments.bench.result import whole_networks
+from experiments.bench.reproduce import COUNTED, FULL
+from experiments.bench.result import Run, load, whole_networks
 from experiments.bench.run import provenance
-from experiments.bench.run.description import RENDERERS
+from experiments.bench.run.description import BEGUN, RENDERERS
 from experiments.bench.run.files import Files
 from experiments.bench.run.rows import group, in_words
 from experiments.bench.sources.judge import flaws
+from experiments.bench.stats import stored
 from experiments.bench.stats.claim import claims_on, texts
 from experiments.bench.stats.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, REASONS, Count, Kind
 from experiments.bench.stats.verdict import Verdict
@@ -48,34 +50,38 @@ PHRASES: Mapping[Kind, tuple[str, str]] = MappingProxyType({
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
 """Headings of the claims, in order."""
+CHAPTERS = {"trials": "Robot trials", "clips": "Clips", "episodes": "Behaviours"}
+"""Kind of a part -> its chapter."""
 MOST_FAILURES = 5
 """Failures of one part that the page shows; ``failures.json`` of the part has all."""
 
 
-def write(result: Reproduction) -> Path:
-    """Write ``report.html``, the robot's panels and the figures of studies into a folder; return the page's path."""
-    trials = {run.folder.name: whole_networks(run) for run in result.runs if run.done and run.folder.name in PAPER}
-    if trials:
-        style.save(panels(trials), result.folder / "panels")
-    for counts in result.studies:
-        style.save(sweep.draw(counts), result.folder / counts.plan.study.name)
-    Files(result.folder).write_text("report.html", page(result))
-    return result.folder / "report.html"
+def write(folder: Path) -> Path:
+    """Write ``report.html`` and the robot's panels into the folder of a reproduction; return the page's path."""
+    runs = sorted(load(folder).parts, key=lambda run: run.description[BEGUN])
+    if trials := {run.folder.name: whole_networks(run) for run in runs if run.done and run.folder.name in PAPER}:
+        style.save(panels(trials), folder / "panels")
+    Files(folder).write_text("report.html", page(folder, runs))
+    return folder / "report.html"
 
 
-def page(result: Reproduction) -> str:
-    """Return the page of a reproduction: HTML without scripts that needs nothing from outside."""
-    claims = [_row(claim, result) for claim in (*result.claims, *result.own_claims)]
-    sections = group(_sections(result), "chapter")
-    drew = [pair for run in result.runs for pair in run.description.get(RENDERERS, {}).items()]
-    drawn = {mark: name for name, marks in drew for mark in marks}
+def page(folder: Path, runs: Sequence[Run]) -> str:
+    """Return the page of a reproduction and its parts: HTML without scripts that needs nothing from outside."""
+    design, pooled, readings, claims, own = (
+        json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+        for name in ("design", "pooled", "readings", "claims", "behaviours")
+    )
+    verdicts = stored.verdicts(claims)
+    rows = [_row(claim, pooled, readings) for claim in (*verdicts, *stored.verdicts(own))]
+    sections = group(_sections(folder, runs), "chapter")
+    drawn = {mark: name for run in runs for name, marks in run.description.get(RENDERERS, {}).items() for mark in marks}
     return render(
         "report/page.html.j2",
-        summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in result.claims])],
-        scale=result.plans.scale, seed=result.plans.seed, whole=WHOLE,
+        summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in verdicts])],
+        scale=design["scale"], seed=design["seed"], whole=WHOLE,
         full=FULL.replicates, least=LEAST_JUDGED,
-        panels=data_uri(result.folder / "panels.svg"),
-        groups=sorted(group(claims, "group").items()), chapters=sections, headings=GROUPS,
+        panels=data_uri(folder / "panels.svg"),
+        groups=sorted(group(rows, "group").items()), chapters=sections, headings=GROUPS,
         anchors={section["name"] for chapter in sections.values() for section in chapter},
         common=[reading for reading in READINGS if reading not in CHOSEN_FOR],
         meanings=[(SIGNS[kind], meaning) for kind, meaning in MEANINGS.items()], reasons=REASONS,
@@ -83,26 +89,32 @@ def page(result: Reproduction) -> str:
     )  # fmt: skip
 
 
-def _row(claim: Verdict, result: Reproduction) -> dict[str, Any]:
+def _row(claim: Verdict, pooled: Mapping[str, Any], readings: Sequence[Mapping[str, str]]) -> dict[str, Any]:
     count = claim.count
     broken = count.fails and count.word != "holds"
     held = count.sentence() if claim.experiment else "not judged"
     words = texts()[claim.id]
     unless = words.get("cause", NO_CAUSE) if broken else "" if count.judged else claim.outcome.deciding
+    evidence = _evidence(claim, pooled.get(claim.id)) | {
+        f"With {row['under']}": row["came_to"] for row in readings if row["claim"] == claim.id
+    }
     return {
         "group": 2 if count.kind == "unjudged" else 0 if broken else 1,
         "id": claim.id, "title": claim.title or claim.says, "kind": count.kind, "sign": SIGNS[count.kind],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
         "why": unless,
-        "evidence": [{"heading": name, "text": text} for name, text in _evidence(claim, result).items() if text],
+        "evidence": [{"heading": name, "text": text} for name, text in evidence.items() if text],
         "figures": list(dict.fromkeys([*claim.experiment.split(", "), words.get("mechanism", "")])),
     }  # fmt: skip
 
 
-def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
-    """Return everything that is known of a claim: heading -> text, empty where there is nothing."""
+def _evidence(claim: Verdict, whole: Mapping[str, Any] | None) -> dict[str, str]:
+    """Return everything that is known of a claim: heading -> text, empty where there is nothing.
+
+    ``whole`` is its outcome on the trials of all replicates together.
+    """
     words, count, outcome = texts()[claim.id], claim.count, claim.outcome
-    whole, again, mechanism = result.pooled.get(claim.id), outcome.equal, words.get("mechanism")
+    again, mechanism = outcome.equal, words.get("mechanism")
     evidence = {
         "The claim": f"{claim.says} ({claim.source})" if claim.source else claim.says,
         "The equations imply it": words.get("implied", ""),
@@ -110,12 +122,13 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
     if claim.experiment:
         number = f"replicate 0, {outcome.verdict}, n = {outcome.n}, {claim.experiment}"
         low, high = count.interval or (0.0, 0.0)
+        together = f"{whole['verdict']}: {whole['measured']}" if whole and count.replicates > 1 else ""
         share = f"{low:.0%} to {high:.0%} of replicates (exact 95 % interval of the share in which it holds)"
         evidence |= {
             "Decided by": f"{outcome.deciding}; {number}",
             "Measured in replicate 0": "; ".join(filter(None, (outcome.measured, outcome.effect))),
             "Interval": share if count.interval else "",
-            "All replicates together": f"{whole.verdict}: {whole.measured}" if whole and count.replicates > 1 else "",
+            "All replicates together": together,
             "The DSNN's half": f"{words['of_dsnn']}: {count.half.sentence()}" if count.half else "",
             "What was tried": "" if count.word == "holds" or not count.fails else words.get("tried", ""),
             "Mechanism": f"{mechanism}: {texts()['mechanisms'][mechanism]}" if mechanism else "",
@@ -126,32 +139,33 @@ def _evidence(claim: Verdict, result: Reproduction) -> dict[str, str]:
     chosen = ", ".join(reading for reading in used_to_choose(claim.id) if reading in CHOSEN_FOR)
     return evidence | {
         "Used to choose": f"{chosen}: the claim is no test of what it was used to choose" if chosen else "",
-        **{f"With {row['under']}": row["came_to"] for row in result.readings if row["claim"] == claim.id},
         "With the robot's own eye and wheels": words.get("eye", ""),
         "Assumed of the other model": ASSUMED.get(compares_with(claim.id), ""),
     }
 
 
-def _sections(result: Reproduction) -> Iterator[dict[str, Any]]:
+def _sections(folder: Path, runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
     """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
-    for chapter, runs in {"Robot trials": result.runs, "Clips": result.offline}.items():
-        for run in runs:
-            problems = flaws(run.trials.to_dicts()) if chapter == "Robot trials" and run.done else ""
-            text = f"{run.description['experiment']['summary']}.{f' Beware: {problems}.' if problems else ''}"
-            yield _section(chapter, run.folder.name, text, run.folder / "figure.svg", result)
-    for played in result.behaviours:
-        text = f"The measures of each behaviour in {played.description['env']}."
-        yield _section("Behaviours", played.folder.name, text, played.folder / "figure.svg", result)
-    for plan in (counts.plan for counts in result.studies):
-        name, repeats = plan.study.name, f" of {plan.repeats[0]} repeats" if plan.repeats[0] else ""
-        text = f"{plan.study.summary}: {plan.study.replicates} replicates{repeats}, from seed {plan.seed}."
-        yield _section("What the claims survive", name, text, result.folder / f"{name}.svg", result)
+    parts = [(chapter, run.folder.name, _summary(run), run.folder / "figure.svg")
+             for kind, chapter in CHAPTERS.items() for run in runs if run.kind == kind]  # fmt: skip
+    for path in filter(Path.is_file, (folder / f"{name}.json" for name in COUNTED)):
+        study = json.loads(path.read_text(encoding="utf-8"))
+        repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
+        text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
+        parts.append(("What the claims survive", path.stem, text, path.with_suffix(".svg")))
+    failures = {run.folder.name: run.failures.to_dicts() for run in runs}
+    for chapter, name, text, figure in parts:
+        failed = failures.get(name, [])
+        yield {"chapter": chapter, "name": name, "text": style.sentence(text), "figure": data_uri(figure),
+               "failed": len(failed), "failures": in_words(failed)[:MOST_FAILURES]}  # fmt: skip
 
 
-def _section(chapter: str, name: str, text: str, path: Path, result: Reproduction) -> dict[str, Any]:
-    failures = result.failures.get(name, ())
-    return {"chapter": chapter, "name": name, "text": style.sentence(text), "figure": data_uri(path),
-            "failed": len(failures), "failures": in_words(failures)[:MOST_FAILURES]}  # fmt: skip
+def _summary(run: Run) -> str:
+    """Say what a run shows, and what its robots did not do as planned."""
+    if run.kind == "episodes":
+        return f"The measures of each behaviour in {run.description['env']}."
+    problems = flaws(run.trials.to_dicts()) if run.kind == "trials" and run.done else ""
+    return f"{run.description['experiment']['summary']}.{f' Beware: {problems}.' if problems else ''}"
 
 
 def data_uri(path: Path) -> str:
