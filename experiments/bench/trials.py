@@ -203,7 +203,7 @@ def work(trial: RobotTrial, *, recordings: bool = False, frames: bool = False) -
 
 def seconds(trial: RobotTrial) -> float:
     """Return the planned duration of a trial: what it costs goes by that."""
-    return nominal(trial.condition, trial.settings).stimulus.seconds
+    return nominal(trial.condition, trial.settings)["stimulus"].seconds
 
 
 def batch(

@@ -7,7 +7,6 @@ import functools
 import math
 import pathlib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
@@ -38,27 +37,11 @@ ALWAYS_S = 600.0
 """Longer than any trial."""
 
 
-@dataclass(frozen=True, slots=True)
-class Course:
-    """The schedules of all robots of a trial (m, s). One with an acceleration of ``inf`` is driven by time alone.
-
-    The stimulus is set down at ``start``. Its speed is measured in the ``parts`` of its route, each from one distance
-    along it to another. A trial is over when it has come to the end of its route. The observer and the ``movers`` are
-    set down where theirs begin.
-    """
-
-    stimulus: Schedule
-    start: Pose
-    parts: tuple[tuple[float, float], ...]
-    observer: Schedule
-    movers: tuple[Schedule, ...] = ()
-
-    @property
-    def others(self) -> dict[str, Schedule]:
-        """The robots beside the stimulus, by name."""
-        return {"observer": self.observer, **{f"mover{i}": mover for i, mover in enumerate(self.movers)}}
-
-
+Course = dict[str, Schedule]
+"""The schedule of each robot of a trial (m, s), the stimulus first. One with an acceleration of ``inf`` is driven by
+time alone. A trial is over when the stimulus has come to the end of its route. The others are set down where theirs
+begin.
+"""
 STANDING = Schedule(Route(Pose(0.0, 0.0, 0.0), (Stretch(seconds=ALWAYS_S),)), math.inf)
 """An observer that stands where it does in most trials."""
 
@@ -74,13 +57,13 @@ def half_crossing(distance: float, radius: float, hfov: float) -> float:
 
 
 def nominal(condition: Condition, settings: Settings) -> Course:
-    """The course without errors of the start pose."""
+    """Return the course without errors of the start pose."""
     exact = dataclasses.replace(settings, pose_sd_mm=0.0, heading_sd_deg=0.0)
-    return course(condition, exact, stream("course.nominal", 0))
+    return course(condition, exact, stream("course.nominal", 0))[0]
 
 
-def course(condition: Condition, settings: Settings, rng: np.random.Generator) -> Course:
-    """The stimulus's path, with the errors of its start pose.
+def course(condition: Condition, settings: Settings, rng: np.random.Generator) -> tuple[Course, Pose]:
+    """Return the course with the errors of the stimulus's start, and the pose at which that is set down.
 
     In a crossing it drives straight where it was set down pointing. An approach or recession has a point to drive
     to, from where it was set down: there the error of heading is one that it has to correct on its way.
@@ -93,7 +76,7 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
         ideal = _crossing(condition, settings) if condition.motion == "translation" else _angular(condition, settings)
     dx, dy = rng.normal(0.0, settings.pose_sd_mm / 1000, 2)
     skew = rng.normal(0.0, math.radians(settings.heading_sd_deg))
-    route = ideal.stimulus.route
+    route, acceleration = ideal["stimulus"].route, ideal["stimulus"].acceleration
     start, end = route.start, route.point(route.length)
     x, y = start.x + dx, start.y + dy
     shifted = dataclasses.replace(route, start=Pose(x, y, start.heading + skew))
@@ -102,19 +85,20 @@ def course(condition: Condition, settings: Settings, rng: np.random.Generator) -
         length = math.hypot(end.x - x, end.y - y)
         stretches = tuple(dataclasses.replace(s, length=length) if s.moves else s for s in route.stretches)
         shifted = Route(Pose(x, y, towards), stretches)
-    stimulus = Schedule(shifted, ideal.stimulus.acceleration)
-    slot = settings.robot.command_slot_ms / 1000 if settings.robot.open_loop else 0.0
     heading = shifted.start.heading + (skew if condition.motion in DEPTH else 0.0)
-    return dataclasses.replace(
-        ideal, stimulus=stimulus, start=Pose(x, y, heading), parts=shifted.measured(stimulus.acceleration, slot)
-    )
+    return {**ideal, "stimulus": Schedule(shifted, acceleration)}, Pose(x, y, heading)
 
 
-def _by_hand(hand: Hand, settings: Settings) -> Course:
+def measured(stimulus: Schedule, robot: RobotConfig) -> tuple[tuple[float, float], ...]:
+    """Return the parts of the stimulus's route in which its speed is measured, each between two distances along it."""
+    return stimulus.route.measured(stimulus.acceleration, robot.command_slot_ms / 1000 if robot.open_loop else 0.0)
+
+
+def _by_hand(hand: Hand, settings: Settings) -> tuple[Course, Pose]:
     """Return where the robots are put down, and for how long; what they do there is in the hand's commands."""
     lasting = (Stretch(seconds=hand.frames / settings.camera.fps),)
     start, observer = pose_of(hand.stimulus), Route(pose_of(hand.observer), STANDING.route.stretches)
-    return Course(Schedule(Route(start, lasting), math.inf), start, (), Schedule(observer, math.inf))
+    return {"stimulus": Schedule(Route(start, lasting), math.inf), "observer": Schedule(observer, math.inf)}, start
 
 
 def _scripted(condition: Condition, path: Path, settings: Settings) -> Course:
@@ -122,8 +106,9 @@ def _scripted(condition: Condition, path: Path, settings: Settings) -> Course:
     acceleration, ahead = condition.acceleration_cm_s2 / 100, settings.camera.forward_cm
     route = path.stimulus_route(condition.acceleration_cm_s2, ahead)
     observer = STANDING if condition.observer is None else Schedule(_to_rest(condition.observer.route()), acceleration)
-    movers = tuple(Schedule(_to_rest(mover.route(ahead)), acceleration) for mover in condition.movers)
-    return Course(Schedule(route, acceleration), route.start, (), observer, movers)
+    movers = (Schedule(_to_rest(mover.route(ahead)), acceleration) for mover in condition.movers)
+    named = {f"mover{i}": mover for i, mover in enumerate(movers)}
+    return {"stimulus": Schedule(route, acceleration), "observer": observer, **named}
 
 
 def _to_rest(route: Route) -> Route:
@@ -145,7 +130,7 @@ def _crossing(condition: Condition, settings: Settings) -> Course:
     length = run_up + before + after
     # When the stimulus is on the axis, the observer is at the origin.
     observer = _steady(condition, _observer(condition, -(run_up + before) / speed))
-    return Course(Schedule(Route.line(start, length, speed), acceleration), start, (), observer)
+    return {"stimulus": Schedule(Route.line(start, length, speed), acceleration), "observer": observer}
 
 
 def _steady(condition: Condition, start: Pose) -> Schedule:
@@ -221,7 +206,7 @@ def _angular(condition: Condition, settings: Settings) -> Course:
     start = point if condition.motion == "recession" else Pose(end.x, end.y, outward + math.pi)
     acceleration = condition.acceleration_cm_s2 / 100
     route = Route.line(start, length, speed, wait=STILL_S, rest=STILL_S)
-    return Course(Schedule(route, acceleration), start, (), STANDING)
+    return {"stimulus": Schedule(route, acceleration), "observer": STANDING}
 
 
 # --- room -------------------------------------------------------------------------------------------------------------
@@ -305,17 +290,17 @@ def check(conditions: Iterable[Condition], settings: Settings) -> None:
 
 
 def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle]) -> None:
-    course = nominal(condition, settings)
-    schedules = {"stimulus": course.stimulus, **course.others}
+    schedules = nominal(condition, settings)
+    stimulus = schedules["stimulus"]
     for name, schedule in schedules.items():
         _check_wheels(name, schedule, settings.robot)
-    steady = 0.0 if condition.path else course.parts[0][1] - course.parts[0][0]
-    if not condition.path and steady < SHORTEST_STEADY_CM / 100:
+    begin, end = (0.0, math.inf) if condition.path else measured(stimulus, settings.robot)[0]
+    if end - begin < SHORTEST_STEADY_CM / 100:
         raise ValueError(
             f"with acceleration_cm_s2={condition.acceleration_cm_s2:g} its line of "
-            f"{100 * course.stimulus.route.length:.1f} cm is too short to reach that speed"
+            f"{100 * stimulus.route.length:.1f} cm is too short to reach that speed"
         )
-    moments = [i * EVERY_S for i in range(math.ceil(schedules["stimulus"].seconds / EVERY_S) + 1)]
+    moments = [i * EVERY_S for i in range(math.ceil(stimulus.seconds / EVERY_S) + 1)]
     places = {
         name: [schedule.pose(time) for time in moments]
         if any(stretch.moves or stretch.rate for stretch in schedule.route.stretches)

@@ -23,7 +23,7 @@ from experiments.bench.run.rows import OBSERVER
 from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import sha256
 from experiments.bench.sources.conditions import Command, Condition, Hand, RobotName
-from experiments.bench.sources.course import Course, course, files
+from experiments.bench.sources.course import Course, course, files, measured
 from experiments.bench.sources.experiment import Experiment, Settings
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows
 
@@ -165,12 +165,12 @@ class RobotSource:
         placing, scenery, self._noise = (
             stream(f"trial.{part}", trial.seed) for part in ("placing", "scenery", "noise")
         )
-        self.course = course(condition, settings, placing)
-        others = {name: script.route.body(script.route.start) for name, script in self.course.others.items()}
-        self.sim.reset({**others, "stimulus": self.course.start}, scenery)
+        self.course, start = course(condition, settings, placing)
+        starts = {name: script.route.body(script.route.start) for name, script in self.course.items()}
+        self.sim.reset({**starts, "stimulus": start}, scenery)
         hand: Any = condition.hand
         self.drive: Drive | HandDrive = Drive(self.sim, self.course) if hand is None else HandDrive(self.sim, hand)
-        self._tracker = Tracker(self.course.stimulus.route)
+        self._tracker = Tracker(self.course["stimulus"].route)
         self.number = 0
         self._parts: Windows = {}
         self._of_stimulus: dict[str, Any] = {}
@@ -192,7 +192,7 @@ class RobotSource:
         frame = self.sim.step(self._noise, self.drive)
         self.number += 1
         self.drive.look()
-        lasting = 3.0 + 2.0 * self.course.stimulus.seconds
+        lasting = 3.0 + 2.0 * self.course["stimulus"].seconds
         if not self.drive.over and isinstance(self.drive, Drive) and self.sim.data.time > lasting:
             raise TrialError("the stimulus got stuck on its way")
         poses = {name: self.sim.robots[name].pose for name in ("stimulus", "observer")}
@@ -238,9 +238,10 @@ class RobotSource:
 
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return the speed that the stimulus reached, and how far it was off its path."""
-        script = self.course.stimulus
+        script = self.course["stimulus"]
         time_s, along, offset = (frames[name].to_numpy() for name in ("sim_time_s", "along_m", "offset_m"))
-        masks = [(along >= enter) & (along <= leave) for enter, leave in self.course.parts]
+        driven = measured(script, self.trial.settings.robot)
+        masks = [(along >= enter) & (along <= leave) for enter, leave in driven]
         masks = [mask for mask in masks if mask.sum() > 1]  # a stimulus that drives open loop may stop too early
         drift = {"drift_mm": 1000 * float(offset[-1])}
         if not masks:
@@ -260,14 +261,14 @@ ASTRAY_M = 0.01
 class Drive:
     """Commands all robots over a trial, and says when it is over."""
 
-    def __init__(self, sim: Simulation, route: Course) -> None:
+    def __init__(self, sim: Simulation, course: Course) -> None:
         self._sim = sim
         stimulus = sim.robots["stimulus"]
-        self._stimulus = _driver(stimulus, route.stimulus)
+        self._stimulus = _driver(stimulus, course["stimulus"])
         self._others = {
             name: (sim.robots[name], _driver(sim.robots[name], script))
-            for name, script in route.others.items()
-            if any(stretch.moves or stretch.rate for stretch in script.route.stretches)
+            for name, script in course.items()
+            if name != "stimulus" and any(stretch.moves or stretch.rate for stretch in script.route.stretches)
         }
         by_time = self._stimulus if isinstance(self._stimulus, OpenLoop) else None
         self._ends = stimulus.begins() + by_time.seconds if by_time else None

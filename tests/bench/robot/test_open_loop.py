@@ -48,8 +48,8 @@ def test_by_default_commands_reach_the_wheels_as_they_are(monkeypatch):
 
 def test_it_stops_by_time_whatever_it_reached(crossing):
     """After up to a slot of waiting, and whole slots of driving; the same again."""
-    route = nominal(CROSSING, crossing.trial.settings)
-    slots = math.ceil((route.stimulus.route.length / 0.10 + 0.10 / (2 * route.stimulus.acceleration)) / 0.1)
+    stimulus = nominal(CROSSING, crossing.trial.settings)["stimulus"]
+    slots = math.ceil((stimulus.route.length / 0.10 + 0.10 / (2 * stimulus.acceleration)) / 0.1)
     assert crossing.columns.sim_time_s[-1] == pytest.approx((1 + slots) * 0.1, abs=1e-6)
     assert rows(driven(COLIAS4)) == rows(crossing)
     assert abs(crossing.columns.stimulus_bearing_deg[[0, -1]]).min() > 35.0

@@ -54,7 +54,7 @@ def test_a_hull_fits_by_the_room_that_is_measured(tmp_path):
 def test_a_wider_stimulus_begins_farther_out(tmp_path):
     """The run-up is as long; the edge of the view is passed by a body of the width that is set."""
     usual, wide = (planned("bright", f"scene.shell_width_cm={width}").specs[0] for width in (4, 6))
-    (one, other) = (nominal(spec.condition, spec.settings).start.y for spec in (usual, wide))
+    (one, other) = (nominal(spec.condition, spec.settings)["stimulus"].route.start.y for spec in (usual, wide))
     half_view = math.radians(usual.settings.camera.hfov_deg / 2)
     assert 100 * (other - one) == pytest.approx(1.0 / math.cos(half_view))
 

@@ -106,7 +106,8 @@ def test_a_heading_error_is_corrected_within_a_millimetre():
     for motion in ("approach", "recession"):
         spec = RobotTrial("test", 0, 0, 5, Angular(motion).at(motion, 15.0), settings(heading_sd_deg=0.0))
         route = course.nominal(spec.condition, spec.settings)
-        askew = dataclasses.replace(route, start=dataclasses.replace(route.start, heading=route.start.heading + 0.061))
+        start = route["stimulus"].route.start
+        askew = route, dataclasses.replace(start, heading=start.heading + 0.061)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(robot, "course", lambda *_, askew=askew: askew)
             result = Played(spec)
