@@ -2,6 +2,7 @@
 
 from .bench.api import fit as fit
 from .bench.api import run as run
+from .bench.api import sweep as sweep
 from .bench.behave import score as score
 from .bench.compare import compare as compare
 from .bench.fit import Fitted as Fitted
@@ -34,7 +35,6 @@ from .bench.stats.verdict import Outcome as Outcome
 from .bench.stats.verdict import Verdict as Verdict
 from .bench.study import Fit as Fit
 from .bench.study import Study as Study
-from .bench.sweep import sweep as sweep
 from .bench.watch import watch as watch
 
 NAMES: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Run and fit from Python; the commands do it by the same functions."""
+"""Run, sweep and fit from Python; the commands do it by the same functions."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import polars as pl
+
 from experiments.bench import fit as fits
 from experiments.bench import offline, registry, trials
+from experiments.bench import sweep as sweeps
 from experiments.bench.report.terminal import tell_troubles
 from experiments.bench.result import Run
 from experiments.bench.run.command import begun_by
@@ -24,9 +27,10 @@ from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import LIVE, Experiment
 from experiments.bench.sources.pictures import Pictures, folder_pictures
 from experiments.bench.stats.claim import Claim
-from experiments.bench.study import Fit, shipped
+from experiments.bench.study import Fit, Study, shipped, typed
+from experiments.bench.sweep_plan import planned as planned_sweep
 
-__all__ = ["Claim", "fit", "perform", "planned", "run"]
+__all__ = ["Claim", "fit", "perform", "planned", "run", "sweep"]
 
 ONE_EYE, BOTH_EYES = "one", "both"
 
@@ -247,3 +251,71 @@ def fit(
         raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
     place = new_folder(asked.study.name) if out is None else Path(out)
     return fits.run(asked, operator.index(seed), place, Workers(workers, cluster, quiet=quiet))
+
+
+def sweep(
+    experiment: str | Study,
+    over: Sequence[str] = (),
+    models: Sequence[str] | None = None,
+    seeds: range | None = None,
+    *,
+    claims: Sequence[str] | None = None,
+    measures: Sequence[str] | None = None,
+    repeats: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    quiet: bool = False,
+) -> pl.DataFrame:
+    """Judge claims and measure numbers at every point of a grid of parameters, as ``colias sweep`` does.
+
+    Points that differ in parameters of models alone share their frames.
+
+    Parameters
+    ----------
+    experiment
+        Experiments, names or files joined by commas; or a study, by its name, its file, or as it is.
+    over
+        Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them. A study has its own.
+    models
+        The models judged, one by one; ``None``: those of the study, or the DSNN.
+    seeds
+        The seed of each replicate; ``None``: from 0, as many as the study has, or one.
+    claims, measures
+        Ids of claims, and names of measures; ``None``: the study's own, or all claims declared about the models.
+    repeats
+        Trials of each condition in a replicate; ``None``: the experiment's own number.
+    out
+        The folder for the trials and tables; otherwise a new one, ``runs/NAME-TIME``. There, what is missing is done.
+    workers
+        Number of worker processes; otherwise one for each core. 0: none, for debuggers.
+    quiet
+        Whether to print neither plan nor progress.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row for each point, model, claim and replicate: ``verdict``, what ``decided``, what was ``measured``, and the
+        ``slack`` in smallest differences. Without claims, a row for each point, model and measure: ``value``, and its
+        95 % interval.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+
+    Examples
+    --------
+    >>> from experiments import sweep
+    >>> table = sweep("general", over=("dsnn.t_sp=0.1,0.2",), claims=("C14",), repeats=5, quiet=True)
+    >>> table.select("dsnn.t_sp", "verdict").rows()
+    [(0.1, 'holds'), (0.2, 'holds')]
+    """
+    if seeds is not None and (seeds.step != 1 or not seeds):
+        raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
+    given = {"models": models, "claims": claims, "measures": measures, "repeats": repeats,
+             "replicates": seeds and len(seeds)}  # fmt: skip
+    study = typed(experiment, over, **given)
+    place = new_folder(study.name) if out is None else Path(out)
+    plan = planned_sweep(study, seeds.start if seeds else 0)
+    result = sweeps.run(plan, place, Workers(workers, quiet=quiet))
+    return result.table if plan.claims else result.numbers

@@ -39,8 +39,7 @@ from experiments.bench.stats.claim import EACH_TRIAL, PAPER, claim_ids, claims_o
 from experiments.bench.stats.count import LEAST_JUDGED, count
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.study import WHOLE, Study, shipped
-from experiments.bench.sweep import Sweep
-from experiments.bench.sweep_plan import EVERY_MODEL, SweepPlan
+from experiments.bench.sweep import EVERY_MODEL, Sweep
 from experiments.bench.trials import plan
 from experiments.claims import footage, model_clips
 from experiments.claims.clips import LEAST_GREYS
@@ -147,7 +146,7 @@ class Plans:
     robot: list[Batch[Any]]
     clips: list[Batch[Any]]
     behaviours: list[Batch[Any]]
-    studies: dict[str, SweepPlan]
+    studies: dict[str, Sweep]
 
     def paper(self) -> list[Batch[Any]]:
         """Return the plans of the paper's experiments: replicate 0."""
@@ -226,7 +225,7 @@ def _clips(name: str, scale: Scale, seed: int) -> Batch[Any]:
 
 def replicates_plan(
     replicates: int, repeats: int, seed: int, *, onboard: bool = False,
-) -> SweepPlan:  # fmt: skip
+) -> Sweep:  # fmt: skip
     """Plan replicates of the paper's experiments with the robot: a study without a grid.
 
     Parameters
@@ -332,8 +331,8 @@ def reproduce(folder: Path, plans: Plans, pool: Workers) -> tuple[list[Verdict],
     files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})
     files.write_json("readings.json", list(other_readings(every, shows, list(counts.values()))))
     for counted in studies:
-        files.write_json(f"{counted.plan.study.name}.json", counted.described())
-        style.save(report.draw(counted), folder / counted.plan.study.name)
+        files.write_json(f"{counted.study.name}.json", counted.described())
+        style.save(report.draw(counted), folder / counted.study.name)
     return [*paper, *own], failures
 
 
@@ -356,7 +355,7 @@ def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
     given: dict[Any, Sequence[Replicate]] = {
         ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
-    return Sweep(sweep_plan.planned(study, plans.seed), given)
+    return dataclasses.replace(sweep_plan.planned(study, plans.seed), replicates=given)
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:

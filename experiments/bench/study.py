@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -191,3 +191,21 @@ def called(name: str) -> Study | None:
     folder = path.resolve().parent
     experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
     return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))
+
+
+def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
+    """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
+
+    ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
+    """
+    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
+    if study is None:
+        assert isinstance(experiment, str)
+        names = tuple(name for name in experiment.split(",") if name)
+        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
+        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
+    asked = {name: value for name, value in given.items() if value is not None}
+    if over and isinstance(experiment, Study):
+        asked["over"] = tuple(over)
+    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
+    return dataclasses.replace(study, **asked)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -17,26 +16,31 @@ import numpy as np
 import polars as pl
 
 from experiments.bench import offline, trials
-from experiments.bench.grid import Point, values_of
+from experiments.bench.grid import Levels, Point, values_of
+from experiments.bench.measures import SweepMeasure
 from experiments.bench.replicates import Replicate, judged, of_model, of_models
-from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import Files, new_folder
+from experiments.bench.run.files import Files
+from experiments.bench.run.models import ConfiguredModel
+from experiments.bench.run.parameters import Parameters
 from experiments.bench.run.play import FRAMES, Trial, show, tabulate
 from experiments.bench.run.rows import TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import clips
+from experiments.bench.sources.clips import Clip
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats.checks import MARGIN
+from experiments.bench.stats.claim import Claim
 from experiments.bench.stats.count import count, count_columns
 from experiments.bench.stats.verdict import Outcome, together
-from experiments.bench.study import TOGETHER, Study, called
-from experiments.bench.sweep_plan import EVERY_MODEL, SweepPlan, planned
+from experiments.bench.study import TOGETHER, Study
 
 MOST_SLACK = 100.0
 """Slack at which each claim is clipped, in smallest differences."""
-Replicates = Mapping[tuple[Point, str], Sequence[Replicate]]
-"""Point and model -> its replicates."""
+EVERY_MODEL = ""
+"""The name under which all models are judged where each claim is judged on the models that it is about."""
+Share = tuple[range, Mapping[str, ConfiguredModel]]
+"""Numbers of trials, and the models that see them at a point by their names without the grid's values."""
 
 
 def slack(outcome: Outcome) -> float | None:
@@ -54,22 +58,67 @@ def slack(outcome: Outcome) -> float | None:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The result of a sweep: what was planned, the replicates of each point and model, and what failed."""
+    """A sweep, checked; of one that was played the replicates too, and the tables of what they come to.
 
-    plan: SweepPlan
-    replicates: Replicates
+    Parameters
+    ----------
+    study
+        What was asked for.
+    claims, measures
+        Claims and measures, each with the name of the experiment that it is judged on.
+    axes
+        Name of each axis -> its levels; the last axis goes fastest.
+    judged
+        Points, each with the name of a model that is judged there.
+    seed
+        Of replicate 0.
+    specs
+        Every trial, one replicate after the other.
+    shares
+        (point, model, experiment, replicate) -> the trials that count there.
+    description
+        The contents of ``run.json``.
+    parameters
+        The parameters that have columns in ``trials.parquet``.
+    replicates
+        Point and model -> its replicates; empty before it is played.
+    failures
+        What failed.
+    """
+
+    study: Study
+    claims: tuple[tuple[Claim, str], ...]
+    measures: tuple[tuple[SweepMeasure, str], ...]
+    axes: Mapping[str, Levels]
+    judged: tuple[tuple[Point, str], ...]
+    seed: int
+    specs: tuple[Any, ...]
+    shares: Mapping[tuple[Point, str, str, int], Share]
+    description: Mapping[str, Any]
+    parameters: Parameters
+    replicates: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
     failures: Sequence[Mapping[str, Any]] = ()
+
+    @property
+    def things(self) -> str:
+        """What it runs: ``trials`` with the robot, or ``clips``."""
+        return "clips" if isinstance(self.specs[0].condition, Clip) else "trials"
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """The names of the experiments whose trials it runs."""
+        return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
 
     @cached_property
     def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
         """Point, model and claim -> the outcome in each replicate; of a grid of keys also that of all claims."""
-        plan, found = self.plan, dict[tuple[Point, str, str], tuple[Outcome, ...]]()
+        study, found = self.study, dict[tuple[Point, str, str], tuple[Outcome, ...]]()
         for (point, model), every in self.replicates.items():
-            for claim, experiment in plan.claims:
-                asked = plan.study.claim_at(claim, dict(point)) if plan.study.claim_at else claim
+            for claim, experiment in self.claims:
+                asked = study.claim_at(claim, dict(point)) if study.claim_at else claim
                 found[point, model, claim.id] = tuple(_outcome(asked, part, model, experiment) for part in every)
-            if len(plan.claims) > 1 and plan.study.over:
-                columns = zip(*(found[point, model, claim.id] for claim, _ in plan.claims), strict=True)
+            if len(self.claims) > 1 and study.over:
+                columns = zip(*(found[point, model, claim.id] for claim, _ in self.claims), strict=True)
                 found[point, model, TOGETHER] = tuple(
                     Outcome(together([outcome.verdict for outcome in column]), "") for column in columns
                 )
@@ -79,10 +128,10 @@ class Sweep:
     def table(self) -> pl.DataFrame:
         """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured."""
         names = ("verdict", "decided", "measured", "effect", "n")
-        on = {claim.id: experiment for claim, experiment in self.plan.claims}
+        on = {claim.id: experiment for claim, experiment in self.claims}
         rows = [
             {**self._at(point, model), "claim": claim, "experiment": on.get(claim, ""), "replicate": number,
-             "seed": self.plan.seed + number, **{name: getattr(outcome, name) for name in names},
+             "seed": self.seed + number, **{name: getattr(outcome, name) for name in names},
              "slack": slack(outcome)}
             for (point, model, claim), outcomes in self.outcomes.items()
             for number, outcome in enumerate(outcomes)
@@ -97,7 +146,7 @@ class Sweep:
         """
         if self.table.is_empty():
             return self.table
-        keys = [*self.plan.axes, "model", "claim", "experiment"]
+        keys = [*self.axes, "model", "claim", "experiment"]
         groups = self.table.group_by(keys, maintain_order=True)
         rows = [
             {**dict(zip(keys, key, strict=True)), **count_columns(count(rows["verdict"])),
@@ -108,7 +157,7 @@ class Sweep:
 
     def _at(self, point: Point, model: str) -> dict[str, Any]:
         """Return the columns of a point and a model."""
-        return {**{name: values_of(self.plan.axes[name])[level] for name, level in point}, "model": model}
+        return {**{name: values_of(self.axes[name])[level] for name, level in point}, "model": model}
 
     @cached_property
     def numbers(self) -> pl.DataFrame:
@@ -119,7 +168,7 @@ class Sweep:
         """
         rows = []
         for (point, model), every in self.replicates.items():
-            for measure, experiment in self.plan.measures:
+            for measure, experiment in self.measures:
                 whole = [
                     [row for row in part.of(model) if row["experiment"] == experiment]
                     if measure.conditions or not part.lost.get((experiment, model))
@@ -145,21 +194,21 @@ class Sweep:
     @cached_property
     def tables(self) -> Mapping[str, list[dict[str, Any]]]:
         """The study's further tables."""
-        return self.plan.study.tables(self) if self.plan.study.tables else {}
+        return self.study.tables(self) if self.study.tables else {}
 
     def described(self) -> dict[str, Any]:
         """Return the contents of ``NAME.json``, which a reproduction's page reads: the counts, and further tables."""
-        study = self.plan.study
+        study = self.study
         return {
             "study": study.name, "summary": study.summary, "replicates": study.replicates,
-            "repeats": self.plan.repeats, "seed": self.plan.seed,
+            "repeats": self.description["repeats"], "seed": self.seed,
             "counts": self.counts.to_dicts(),
             "tables": self.tables, "failures": self.failures,
         }  # fmt: skip
 
 
-def read(plan: SweepPlan, rows: Sequence[Mapping[str, Any]], failures: Sequence[Mapping[str, Any]] = ()) -> Sweep:
-    """Return the result of a sweep from the rows of ``trials.parquet`` that there are.
+def read(plan: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Mapping[str, Any]] = ()) -> Sweep:
+    """Return a sweep with what it comes to, from the rows of ``trials.parquet`` that there are.
 
     Models go by their names without the grid's values.
     """
@@ -181,7 +230,7 @@ def read(plan: SweepPlan, rows: Sequence[Mapping[str, Any]], failures: Sequence[
             thresholds = {name: model.threshold for name, model in models.items()}
             looming = {name: model.thresholds.get("looming") for name, model in models.items()}
             found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds, looming))
-    return Sweep(plan, found, failures)
+    return dataclasses.replace(plan, replicates=found, failures=failures)
 
 
 def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> Outcome:
@@ -201,7 +250,7 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def play(plan: SweepPlan, out: Path, pool: Workers) -> Sweep:
+def play(plan: Sweep, out: Path, pool: Workers) -> Sweep:
     """Play what a folder lacks of a sweep with a pool of workers, and read what it has.
 
     Its trials leave neither recordings nor frames.
@@ -223,7 +272,7 @@ def play(plan: SweepPlan, out: Path, pool: Workers) -> Sweep:
         return read(plan, folder.table("trials").to_dicts(), folder.failures())
 
 
-def run(plan: SweepPlan, out: Path, pool: Workers) -> Sweep:
+def run(plan: Sweep, out: Path, pool: Workers) -> Sweep:
     """Run what a sweep's folder lacks, and write its tables and figure.
 
     Parameters
@@ -257,89 +306,3 @@ def run(plan: SweepPlan, out: Path, pool: Workers) -> Sweep:
     if plan.claims or plan.axes:
         style.save(report.draw(result), out / name)
     return result
-
-
-def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
-    """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
-
-    ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
-    """
-    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
-    if study is None:
-        assert isinstance(experiment, str)
-        names = tuple(name for name in experiment.split(",") if name)
-        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
-        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
-    asked = {name: value for name, value in given.items() if value is not None}
-    if over and isinstance(experiment, Study):
-        asked["over"] = tuple(over)
-    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
-    return dataclasses.replace(study, **asked)
-
-
-def sweep(
-    experiment: str | Study,
-    over: Sequence[str] = (),
-    models: Sequence[str] | None = None,
-    seeds: range | None = None,
-    *,
-    claims: Sequence[str] | None = None,
-    measures: Sequence[str] | None = None,
-    repeats: int | None = None,
-    out: str | os.PathLike[str] | None = None,
-    workers: int | None = None,
-    quiet: bool = False,
-) -> pl.DataFrame:
-    """Judge claims and measure numbers at every point of a grid of parameters, as ``colias sweep`` does.
-
-    Points that differ in parameters of models alone share their frames.
-
-    Parameters
-    ----------
-    experiment
-        Experiments, names or files joined by commas; or a study, by its name, its file, or as it is.
-    over
-        Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them. A study has its own.
-    models
-        The models judged, one by one; ``None``: those of the study, or the DSNN.
-    seeds
-        The seed of each replicate; ``None``: from 0, as many as the study has, or one.
-    claims, measures
-        Ids of claims, and names of measures; ``None``: the study's own, or all claims declared about the models.
-    repeats
-        Trials of each condition in a replicate; ``None``: the experiment's own number.
-    out
-        The folder for the trials and tables; otherwise a new one, ``runs/NAME-TIME``. There, what is missing is done.
-    workers
-        Number of worker processes; otherwise one for each core. 0: none, for debuggers.
-    quiet
-        Whether to print neither plan nor progress.
-
-    Returns
-    -------
-    polars.DataFrame
-        A row for each point, model, claim and replicate: ``verdict``, what ``decided``, what was ``measured``, and the
-        ``slack`` in smallest differences. Without claims, a row for each point, model and measure: ``value``, and its
-        95 % interval.
-
-    Raises
-    ------
-    UsageError
-        It cannot be run so.
-
-    Examples
-    --------
-    >>> from experiments import sweep
-    >>> table = sweep("general", over=("dsnn.t_sp=0.1,0.2",), claims=("C14",), repeats=5, quiet=True)
-    >>> table.select("dsnn.t_sp", "verdict").rows()
-    [(0.1, 'holds'), (0.2, 'holds')]
-    """
-    if seeds is not None and (seeds.step != 1 or not seeds):
-        raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
-    given = {"models": models, "claims": claims, "measures": measures, "repeats": repeats,
-             "replicates": seeds and len(seeds)}  # fmt: skip
-    study = typed(experiment, over, **given)
-    place = new_folder(study.name) if out is None else Path(out)
-    plan = planned(study, seeds.start if seeds else 0)
-    result = run(plan, place, Workers(workers, quiet=quiet))
-    return result.table if plan.claims else result.numbers

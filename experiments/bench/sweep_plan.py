@@ -27,13 +27,12 @@ from experiments.bench.grid import (
     sets,
     values_of,
 )
-from experiments.bench.measures import SweepMeasure
 from experiments.bench.replicates import MODEL, asked_models
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import plain
 from experiments.bench.run.models import ConfiguredModel, ask, look_up
-from experiments.bench.run.parameters import Parameters, differing
+from experiments.bench.run.parameters import differing
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
@@ -42,63 +41,8 @@ from experiments.bench.sources.robot import trials_of
 from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim, find_claim
 from experiments.bench.study import Study
+from experiments.bench.sweep import EVERY_MODEL, Share, Sweep
 from scenes.hints import nearest
-
-EVERY_MODEL = ""
-"""The name under which all models are judged where each claim is judged on the models that it is about."""
-Share = tuple[range, Mapping[str, ConfiguredModel]]
-"""Numbers of trials, and the models that see them at a point by their names without the grid's values."""
-
-
-@dataclass(frozen=True, slots=True)
-class SweepPlan:
-    """A sweep to run, checked.
-
-    Parameters
-    ----------
-    study
-        What was asked for.
-    claims, measures
-        Claims and measures, each with the name of the experiment that it is judged on.
-    axes
-        Name of each axis -> its levels; the last axis goes fastest.
-    judged
-        Points, each with the name of a model that is judged there.
-    seed
-        Of replicate 0.
-    repeats
-        Trials of each condition in a replicate, of each experiment.
-    specs
-        Every trial, one replicate after the other.
-    shares
-        (point, model, experiment, replicate) -> the trials that count there.
-    description
-        The contents of ``run.json``.
-    parameters
-        The parameters that have columns in ``trials.parquet``.
-    """
-
-    study: Study
-    claims: tuple[tuple[Claim, str], ...]
-    measures: tuple[tuple[SweepMeasure, str], ...]
-    axes: Mapping[str, Levels]
-    judged: tuple[tuple[Point, str], ...]
-    seed: int
-    repeats: tuple[int, ...]
-    specs: tuple[Any, ...]
-    shares: Mapping[tuple[Point, str, str, int], Share]
-    description: Mapping[str, Any]
-    parameters: Parameters
-
-    @property
-    def things(self) -> str:
-        """What it runs: ``trials`` with the robot, or ``clips``."""
-        return "clips" if isinstance(self.specs[0].condition, Clip) else "trials"
-
-    @property
-    def experiments(self) -> tuple[str, ...]:
-        """The names of the experiments whose trials it runs."""
-        return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,7 +143,7 @@ def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
-def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> SweepPlan:
+def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> Sweep:
     """Check a study and list all its trials.
 
     Parameters
@@ -272,12 +216,8 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
-    return SweepPlan(
-        study, claims, measures, axes,
-        tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there), seed,
-        tuple(part.repeats for part in parts), tuple(specs), shares,
-        description, parameters,
-    )  # fmt: skip
+    judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
+    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, description, parameters)
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:

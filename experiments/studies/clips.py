@@ -55,7 +55,7 @@ def answered(result: Any) -> dict[str, list[dict[str, Any]]]:
     The object moves rightward and the background leftward, in every replicate before another scene.
     """
     found: dict[str, dict[str, list[bool]]] = {}
-    for row in result.rows(*result.plan.judged[0]).iter_rows(named=True):
+    for row in result.rows(*result.judged[0]).iter_rows(named=True):
         if row["motion"] == "rightward" and row["object"] != "absent":
             column = f"{abs(row['background_speed']) / FPS:.2g}"
             found.setdefault(row["model"], {}).setdefault(column, []).append(answer(row) == "rightward")

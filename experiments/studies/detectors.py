@@ -86,7 +86,7 @@ def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
     found: list[dict[str, Any]] = []
     edges: dict[str, dict[str, Any]] = {}
     peak, cells = pl.col("peak_looming"), pl.col("edge_cells")
-    for point, model in result.plan.judged:
+    for point, model in result.judged:
         arena, rows = point[0][1], result.rows(point, model)
         at = [held(rows, pl.col("frames_above").list.get(index)) for index in range(len(THRESHOLDS))]
         found.append({

@@ -43,10 +43,10 @@ def probe_of(*labels: str) -> Any:
 
 def errors(result: Any) -> dict[str, list[dict[str, Any]]]:
     """Return in how many replicates each format loses and gains a claim, and how far it is from the float network."""
-    (point, plain), *others = result.plan.judged
+    (point, plain), *others = result.judged
     floats = result.rows(point, plain)
     claims = []
-    for claim, (_, model) in ((claim.id, other) for claim, _ in result.plan.claims for other in others):
+    for claim, (_, model) in ((claim.id, other) for claim, _ in result.claims for other in others):
         ours, theirs = ([outcome.verdict for outcome in result.outcomes[point, name, claim]] for name in (model, plain))
         held = [(one == "holds", other == "holds") for one, other in zip(ours, theirs, strict=True)]
         claims.append({"claim": claim, "format": model, "lost": held.count((False, True)),

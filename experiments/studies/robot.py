@@ -20,7 +20,7 @@ WHEELS = {"pose feedback": (), "open loop": ("robot.preset=colias4",)}
 def driven(result: Any) -> dict[str, list[dict[str, Any]]]:
     """Return how the stimulus moved at each point: mean errors of its speed, and of its distance from the path."""
     rows = []
-    for point, model in result.plan.judged:
+    for point, model in result.judged:
         trials = result.rows(point, model).unique("trial", keep="last")  # some are shown to several models
         speed = (pl.col("achieved_speed_cm_s") / pl.col("speed_cm_s") - 1.0).abs().mean()
         errors = trials.select(speed.alias("speed error"), pl.col("path_error_mm").mean().alias("path error (mm)"))

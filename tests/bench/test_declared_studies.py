@@ -14,8 +14,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.workers import Workers
 from experiments.bench.stats.claim import texts
 from experiments.bench.study import shipped
-from experiments.bench.sweep import read
-from experiments.bench.sweep_plan import EVERY_MODEL
+from experiments.bench.sweep import EVERY_MODEL, read
 from experiments.clips import FASTER as SPEEDS
 from experiments.studies import onboard
 from experiments.studies.clips import BACKGROUND, BEHIND, at_speed

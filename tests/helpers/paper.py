@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from experiments.bench.reproduce import replicates_plan
-from experiments.bench.sweep import read
-from experiments.bench.sweep_plan import EVERY_MODEL
+from experiments.bench.sweep import EVERY_MODEL, read
 
 
 def design(count=1, repeats=5, seed=0):

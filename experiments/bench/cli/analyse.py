@@ -87,12 +87,13 @@ def sweep(
     from experiments.bench import sweep as sweeps
     from experiments.bench.report.sweep import show
     from experiments.bench.report.terminal import tell_troubles
+    from experiments.bench.study import typed
     from experiments.bench.sweep_plan import planned
 
     pool = options.pool(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
         return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, pool)
-    study = sweeps.typed(
+    study = typed(
         experiment, over or (), claims=_names(claims), measures=_names(measure), models=model, assignments=assignments,
         repeats=repeats, replicates=replicates,
     )  # fmt: skip
@@ -150,8 +151,7 @@ def fit(
     from experiments.bench import fit as fits
     from experiments.bench.report import fit as report
     from experiments.bench.run.errors import UsageError
-    from experiments.bench.study import Fit, shipped
-    from experiments.bench.sweep import typed
+    from experiments.bench.study import Fit, shipped, typed
     from experiments.studies import FITS
 
     numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,

@@ -28,12 +28,11 @@ def draw(result: Any) -> Figure:
     One parameter has curves with intervals, two have maps, one for each claim and measure of each model. Claims over
     levels with names are one map: points and models down, claims across.
     """
-    plan = result.plan
-    named = bool(result.counts.height) and (not plan.axes or bool(plan.study.axes))
+    named = bool(result.counts.height) and (not result.axes or bool(result.study.axes))
     with style.look():
         figure = _table(result) if named else _panels(result)
         style.headline(figure, finding(_cells(result)))
-        what = f"{style.sentence(plan.study.summary)}: n = {plan.study.replicates}, from seed {plan.seed}."
+        what = f"{style.sentence(result.study.summary)}: n = {result.study.replicates}, from seed {result.seed}."
         symbols = "k/n: holds in k of n (h: the DSNN's half); hatched: not judged; whiskers: 95 % interval, or range."
         style.caption(figure, f"{symbols} {what}")
     return figure
@@ -70,7 +69,7 @@ def finding(cells: pl.DataFrame) -> str:
 
 def _cells(result: Any) -> pl.DataFrame:
     """Return a row for each point, model, claim and measure: its value and interval, its text, where it is drawn."""
-    rows, axes = [], result.plan.axes
+    rows, axes = [], result.axes
     for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
         claim, value = "claim" in row, row.get("value")
         value, text = shown(row) if claim else (value, "" if value is None else f"{value:.3g}")
@@ -86,10 +85,10 @@ def _cells(result: Any) -> pl.DataFrame:
 
 def _panels(result: Any) -> Figure:
     """Draw a panel for each claim and measure of each model: the first axis across, a second one up."""
-    (across_name, levels), *second = result.plan.axes.items()
+    (across_name, levels), *second = result.axes.items()
     up = list(second[0][1]) if second else []
     panels = _cells(result).partition_by("what", "model", maintain_order=True)
-    titles = {claim.id: f"{claim.title} ({claim.id})" for claim, _ in result.plan.claims} | {TOGETHER: "All claims"}
+    titles = {claim.id: f"{claim.title} ({claim.id})" for claim, _ in result.claims} | {TOGETHER: "All claims"}
     across = min(3, len(panels))
     down = math.ceil(len(panels) / across)
     height = min(1.3 + 0.24 * len(up) if up else 1.7, (style.PAGE - 0.9) / down)
@@ -131,7 +130,7 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
 
 def _table(result: Any) -> Figure:
     """Draw points and models down, claims across."""
-    cells, names = _cells(result).filter("judged"), list(result.plan.axes)
+    cells, names = _cells(result).filter("judged"), list(result.axes)
     columns = [*names, *(["model"] if cells["model"].n_unique() > 1 or not names else [])]
     points = cells.select(columns).rows()
     rows, claims = list(dict.fromkeys(points)), list(dict.fromkeys(cells["what"]))
@@ -148,13 +147,12 @@ def _table(result: Any) -> Figure:
 
 def show(result: Any, folder: Path) -> None:
     """Print a sweep: a row for each point and model, at how many points each claim holds, and where its files are."""
-    plan = result.plan
-    wide = _cells(result).pivot("what", index=[*plan.axes, "model"], values="text", maintain_order=True)
-    terminal.show(wide, f"Replicates of {plan.study.replicates} in which claims hold" if plan.claims else "")
+    wide = _cells(result).pivot("what", index=[*result.axes, "model"], values="text", maintain_order=True)
+    terminal.show(wide, f"Replicates of {result.study.replicates} in which claims hold" if result.claims else "")
     unjudged = {key[2]: outcomes[0].deciding for key, outcomes in result.outcomes.items()
                 if not any(one.judged or one.verdict == "unknown constants" for one in outcomes)}  # fmt: skip
     for claim in sorted(unjudged.keys() - {TOGETHER}):
         terminal.out_console.print(f"{claim} not judged: {unjudged[claim]}")
     for title, further in result.tables.items():
         terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
-    terminal.show_places({"figure": folder / f"{plan.study.name}.png", "table": folder / "counts.csv"})
+    terminal.show_places({"figure": folder / f"{result.study.name}.png", "table": folder / "counts.csv"})
