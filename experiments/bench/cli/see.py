@@ -58,9 +58,9 @@ def view(
             return viewer.show(files, web=web)
         viewer.screenshot(files[0], screenshot)
     if source.is_dir() and trial is None:
-        from experiments.bench.report.video import read  # not before: it loads matplotlib, which the viewer need not
+        from experiments.bench.report.video import Reel  # not before: it loads matplotlib, which the viewer need not
 
-        out_console.print(f"{files[0].stem}: {read(files[0]).name}; --trial N for another")
+        out_console.print(f"{files[0].stem}: {Reel(files[0]).name}; --trial N for another")
     return 0
 
 
@@ -111,7 +111,7 @@ def video(
     from dsnn.stimuli import STIMULI
     from experiments.bench.report.recordings import pictures, recording, write_pictures
     from experiments.bench.report.terminal import progress, show_places
-    from experiments.bench.report.video import film_times, make, read, require_encoder, strip
+    from experiments.bench.report.video import Reel, film_times, make, require_encoder, strip
     from experiments.bench.run.errors import UsageError
 
     if out.suffix and out.suffix not in ENDINGS:
@@ -134,10 +134,10 @@ def video(
         for camera, images in seen.items():
             write_pictures(out / camera, images, ".png")
     elif out.suffix == ".png":
-        strip(read(path, model or ()), out, frames, shape)
+        strip(Reel(path, model or ()), out, frames, shape)
     else:
         require_encoder(f"--out {out}: {out.suffix}")
-        reel = read(path, model or ())
+        reel = Reel(path, model or ())
         with progress(out.name, len(film_times(reel, fps, speed)[0]), quiet, "frames") as advance:
             make(reel, out, shape, fps, speed, advance)
     if not quiet:

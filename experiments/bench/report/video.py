@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
@@ -54,9 +53,26 @@ OBSERVER, OTHER = "#2e7850", "#191919"
 CHANGE = "change"
 
 
-@dataclass(slots=True)
+def changes(seen: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
+    """Turn pictures into what changed since the one before: warm where it became brighter, cool where darker."""
+    before: npt.NDArray[np.int16] | None = None
+    for time_s, picture in seen:
+        change = np.zeros(picture.shape, np.int16) if before is None else picture.astype(np.int16) - before
+        before = picture.astype(np.int16)
+        strength = np.clip((np.abs(change) - NOISE) / (FULL_CHANGE - NOISE), 0.0, 1.0)[..., None] ** 0.7
+        colour = np.where(change[..., None] > 0, np.array(ON), np.array(OFF))
+        yield time_s, np.rint(np.array(STILL) + strength * (colour - np.array(STILL))).astype(np.uint8)
+
+
 class Reel:
     """A recording without its pictures.
+
+    Parameters
+    ----------
+    path
+        An .rrd file of a trial, a clip, an episode or footage.
+    models
+        Labels of the models that are wanted; otherwise the first `MOST_MODELS`.
 
     Attributes
     ----------
@@ -74,16 +90,61 @@ class Reel:
         Outlines on the floor, (N, 2), cm.
     properties
         The recording's properties.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read, has neither pictures nor responses nor robots, or has no such model.
     """
 
-    path: Path
-    name: str
-    values: dict[str, dict[str, Floats]] = field(default_factory=dict)
-    levels: dict[str, list[float]] = field(default_factory=dict)
-    tracks: dict[str, Floats] = field(default_factory=dict)
-    eyes: dict[str, Floats] = field(default_factory=dict)
-    obstacles: list[Floats] = field(default_factory=list)
-    properties: dict[str, Any] = field(default_factory=dict)
+    def __init__(self, path: Path, models: Sequence[str] = ()) -> None:
+        self.path, self.name = path, path.stem
+        self.values: dict[str, dict[str, Floats]] = {}
+        self.levels: dict[str, list[float]] = {}
+        self.tracks: dict[str, Floats] = {}
+        self.eyes: dict[str, Floats] = {}
+        self.obstacles: list[Floats] = []
+        self.properties: dict[str, Any] = {}
+        found: dict[tuple[str, str], list[Floats]] = {}
+        for entity, chunk in chunks(path):
+            batch = chunk.to_record_batch()
+            names, part = batch.schema.names, model_part(entity)
+            if entity == "__properties" and "RecordingInfo:name" in names:
+                self.name = str(batch["RecordingInfo:name"][0].as_py()[0])
+            elif entity.startswith("__properties/"):
+                known = {name: batch[name][0].as_py() for name in names if not name.startswith("rerun.")}
+                told = {name.rpartition(":")[2]: value for name, value in known.items() if isinstance(value, list)}
+                self.properties |= {name: value[0] for name, value in told.items() if value}
+            elif entity == "world/arena/obstacles":
+                strips = [np.asarray(strip) for strip in batch["LineStrips3D:strips"][0].as_py()]
+                self.obstacles = [strip[:, :2] for strip in strips if not strip[:, 2].any()]
+            elif chunk.is_static:
+                continue
+            elif part and part[1] == "threshold":
+                self.levels[part[0]] = batch["Scalars:scalars"][0].as_py()
+            elif CAMERA.fullmatch(entity):
+                found.setdefault(("eyes", entity), []).append(times_of(batch)[None])
+            elif "Transform3D:translation" in names:
+                places = _flat(batch, "Transform3D:translation").reshape(-1, 3)[:, :2]
+                turns = _flat(batch, "Transform3D:quaternion").reshape(-1, 4)
+                poses = np.vstack([times_of(batch), places.T, 2 * np.arctan2(turns[:, 2], turns[:, 3])])
+                found.setdefault(("tracks", entity.rpartition("/")[2]), []).append(poses)
+            elif part and part[1].removeprefix("spikes/") in SPIKING:
+                found.setdefault(part, []).append(np.vstack([times_of(batch), _flat(batch, "Scalars:scalars")]))
+        for (owner, name), parts in found.items():
+            whole = np.hstack(parts)
+            if owner == "eyes":
+                self.eyes[name] = whole[0]
+            elif owner == "tracks":
+                self.tracks[name] = whole
+            else:
+                self.values.setdefault(owner, {})[name] = whole
+        if not found:
+            raise UsageError(f"video {path}: a recording with neither pictures nor potentials nor robots")
+        if unknown := [name for name in models if name not in self.values]:
+            near = nearest(unknown[0], list(self.values), " (", ")")
+            raise UsageError(f"--model {unknown[0]}: must be one of {', '.join(self.values)}{near}")
+        self.values = {name: self.values[name] for name in models or list(self.values)[:MOST_MODELS]}
 
     @property
     def time_s(self) -> Floats:
@@ -91,88 +152,18 @@ class Reel:
         timed = [series[0] for channels in self.values.values() for series in channels.values()]
         return max([*timed, *self.eyes.values(), *(track[0] for track in self.tracks.values())], key=len)
 
-
-def read(path: Path, models: Sequence[str] = ()) -> Reel:
-    """Read a recording without its pictures.
-
-    Parameters
-    ----------
-    path
-        An .rrd file of a trial, a clip, an episode or footage.
-    models
-        Labels of the models that are wanted; otherwise the first `MOST_MODELS`.
-
-    Raises
-    ------
-    UsageError
-        The file cannot be read, has neither pictures nor responses nor robots, or has no such model.
-    """
-    reel = Reel(path, path.stem)
-    found: dict[tuple[str, str], list[Floats]] = {}
-    for entity, chunk in chunks(path):
-        batch = chunk.to_record_batch()
-        names, part = batch.schema.names, model_part(entity)
-        if entity == "__properties" and "RecordingInfo:name" in names:
-            reel.name = str(batch["RecordingInfo:name"][0].as_py()[0])
-        elif entity.startswith("__properties/"):
-            known = {name.rpartition(":")[2]: batch[name][0].as_py() for name in names if not name.startswith("rerun.")}
-            reel.properties |= {name: value[0] for name, value in known.items() if isinstance(value, list) and value}
-        elif entity == "world/arena/obstacles":
-            strips = [np.asarray(strip) for strip in batch["LineStrips3D:strips"][0].as_py()]
-            reel.obstacles = [strip[:, :2] for strip in strips if not strip[:, 2].any()]
-        elif chunk.is_static:
-            continue
-        elif part and part[1] == "threshold":
-            reel.levels[part[0]] = batch["Scalars:scalars"][0].as_py()
-        elif CAMERA.fullmatch(entity):
-            found.setdefault(("eyes", entity), []).append(times_of(batch)[None])
-        elif "Transform3D:translation" in names:
-            places = _flat(batch, "Transform3D:translation").reshape(-1, 3)[:, :2]
-            turns = _flat(batch, "Transform3D:quaternion").reshape(-1, 4)
-            poses = np.vstack([times_of(batch), places.T, 2 * np.arctan2(turns[:, 2], turns[:, 3])])
-            found.setdefault(("tracks", entity.rpartition("/")[2]), []).append(poses)
-        elif part and part[1].removeprefix("spikes/") in SPIKING:
-            found.setdefault(part, []).append(np.vstack([times_of(batch), _flat(batch, "Scalars:scalars")]))
-    for (owner, name), parts in found.items():
-        whole = np.hstack(parts)
-        if owner == "eyes":
-            reel.eyes[name] = whole[0]
-        elif owner == "tracks":
-            reel.tracks[name] = whole
-        else:
-            reel.values.setdefault(owner, {})[name] = whole
-    if not found:
-        raise UsageError(f"video {path}: a recording with neither pictures nor potentials nor robots")
-    if unknown := [name for name in models if name not in reel.values]:
-        near = nearest(unknown[0], list(reel.values), " (", ")")
-        raise UsageError(f"--model {unknown[0]}: must be one of {', '.join(reel.values)}{near}")
-    reel.values = {name: reel.values[name] for name in models or list(reel.values)[:MOST_MODELS]}
-    return reel
-
-
-def changes(seen: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
-    """Turn pictures into what changed since the one before: warm where it became brighter, cool where darker."""
-    before: npt.NDArray[np.int16] | None = None
-    for time_s, picture in seen:
-        change = np.zeros(picture.shape, np.int16) if before is None else picture.astype(np.int16) - before
-        before = picture.astype(np.int16)
-        strength = np.clip((np.abs(change) - NOISE) / (FULL_CHANGE - NOISE), 0.0, 1.0)[..., None] ** 0.7
-        colour = np.where(change[..., None] > 0, np.array(ON), np.array(OFF))
-        yield time_s, np.rint(np.array(STILL) + strength * (colour - np.array(STILL))).astype(np.uint8)
-
-
-def _seen(reel: Reel, times: Sequence[float]) -> Iterator[dict[str, Picture | None]]:
-    """Yield the last picture of each eye, and of changes, at each of some rising times; ``None`` before the first."""
-    sources = {eye: pictures_of(reel.path, eye) for eye in reel.eyes}
-    if reel.eyes:
-        sources[CHANGE] = changes(pictures_of(reel.path, next(iter(reel.eyes))))
-    now: dict[str, Picture | None] = dict.fromkeys(sources)
-    following = {eye: next(source, None) for eye, source in sources.items()}
-    for time_s in times:
-        for eye, source in sources.items():
-            while (one := following[eye]) is not None and one[0] <= time_s + 1e-6:
-                now[eye], following[eye] = one[1], next(source, None)
-        yield dict(now)
+    def seen(self, times: Sequence[float]) -> Iterator[dict[str, Picture | None]]:
+        """Yield the last picture of each eye, and of changes, at each of rising times; ``None`` before the first."""
+        sources = {eye: pictures_of(self.path, eye) for eye in self.eyes}
+        if self.eyes:
+            sources[CHANGE] = changes(pictures_of(self.path, next(iter(self.eyes))))
+        now: dict[str, Picture | None] = dict.fromkeys(sources)
+        following = {eye: next(source, None) for eye, source in sources.items()}
+        for time_s in times:
+            for eye, source in sources.items():
+                while (one := following[eye]) is not None and one[0] <= time_s + 1e-6:
+                    now[eye], following[eye] = one[1], next(source, None)
+            yield dict(now)
 
 
 class Canvas:
@@ -393,7 +384,7 @@ def make(
         macro_block_size=1, ffmpeg_log_level="fatal", output_params=options.split(),
     )) as film:  # fmt: skip
         film.send(None)
-        for time_s, seen in zip(times.tolist(), _seen(reel, times.tolist()), strict=True):
+        for time_s, seen in zip(times.tolist(), reel.seen(times.tolist()), strict=True):
             film.send(np.ascontiguousarray(canvas.frame(time_s, seen)))
             advance()
     return len(times)
@@ -411,7 +402,7 @@ def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = 
               for channels in reel.values.values() for time_s, values in channels.values()]  # fmt: skip
     shown = np.concatenate([*moving, [] if any(map(len, moving)) else reel.time_s[[0, -1]]])
     moments = np.linspace(shown.min(), shown.max(), count + 2)[1:-1].tolist()
-    picture = Canvas(reel, size, moments).strip(moments, list(_seen(reel, moments)))
+    picture = Canvas(reel, size, moments).strip(moments, list(reel.seen(moments)))
     with replacing(out) as partial:
         partial.write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())
 

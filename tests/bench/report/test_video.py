@@ -9,7 +9,7 @@ import pytest
 from experiments.bench.cli import main
 from experiments.bench.report import video
 from experiments.bench.report.recordings import pictures_of
-from experiments.bench.report.video import Canvas, changes, film_times, make, read, strip
+from experiments.bench.report.video import Canvas, Reel, changes, film_times, make, strip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, STILL
@@ -35,7 +35,7 @@ def trial(tmp_path_factory):
 
 def test_a_trial_is_read_back_as_it_was(trial):
     result, path = trial
-    reel, series = read(path), result.answers[0].series
+    reel, series = Reel(path), result.answers[0].series
     for name, values in (("hs", series.hs), ("vs", series.vs), ("spikes/hs", series.hs_spikes)):
         np.testing.assert_array_equal(reel.values["dsnn"][name][1], values)
     assert reel.levels == {"dsnn": pytest.approx([-0.2, 0.2])}
@@ -49,7 +49,7 @@ def test_a_trial_is_read_back_as_it_was(trial):
 def test_an_episode_is_read_back_as_it_was(tmp_path):
     episode = play(load_behaviour("fixation"), "colias_sim/Fixation-v0", {}, 0, 8, images=True)
     (tmp_path / "episode.rrd").write_bytes(record_episode(episode))
-    reel = read(tmp_path / "episode.rrd")
+    reel = Reel(tmp_path / "episode.rrd")
     assert len(list(pictures_of(reel.path, SEEN))) == len(reel.time_s) == 8
     for name, places in episode.poses.items():
         poses = np.array(places)
@@ -60,7 +60,7 @@ def test_an_episode_is_read_back_as_it_was(tmp_path):
 
 def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
     result, path = trial
-    reel = read(path)
+    reel = Reel(path)
     canvas = Canvas(reel, SIZE)
     (panels,), (lane,) = canvas.panels, canvas.lanes.values()
 
@@ -70,7 +70,7 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
 
     for k in (2, result.frames // 2, result.frames - 1):
         time_s = float(reel.time_s[k])
-        (seen,) = video._seen(reel, [time_s])
+        (seen,) = reel.seen([time_s])
         frame = canvas.frame(time_s, seen)
         image = result.media.images[""][k]
         for row, column in ((10, 20), (36, 50), (60, 90)):
@@ -98,20 +98,20 @@ def test_what_changed_is_warm_where_it_became_brighter_and_cool_where_darker():
 def test_the_picture_shown_is_the_last_one_that_was_taken(trial, monkeypatch):
     taken = [np.full((2, 2), value, np.uint8) for value in range(3)]
     monkeypatch.setattr(video, "pictures_of", lambda path, eye: zip((0.0, 0.5, 1.0), taken, strict=True))
-    seen = [one[SEEN] for one in video._seen(read(trial[1]), [-0.1, 0.0, 0.49, 0.5, 7.0])]
+    seen = [one[SEEN] for one in Reel(trial[1]).seen([-0.1, 0.0, 0.49, 0.5, 7.0])]
     assert seen[0] is None and [int(one[0, 0]) for one in seen[1:]] == [0, 0, 1, 2]
 
 
 def test_models_are_those_asked_for_otherwise_the_first(tmp_path):
     path = written(tmp_path / "many.rrd")
-    assert list(read(path).values) == [model.label for model in CONTENT.models][: video.MOST_MODELS]
-    assert list(read(path, ["a/b@c", "emd"]).values) == ["a/b@c", "emd"]
+    assert list(Reel(path).values) == [model.label for model in CONTENT.models][: video.MOST_MODELS]
+    assert list(Reel(path, ["a/b@c", "emd"]).values) == ["a/b@c", "emd"]
     with pytest.raises(UsageError, match="emd"):
-        read(path, ["emdd"])
+        Reel(path, ["emdd"])
 
 
 def test_times_of_a_film(trial):
-    reel = read(trial[1])
+    reel = Reel(trial[1])
     times, rate = film_times(reel)
     assert rate == pytest.approx(30.0) and np.array_equal(times, reel.time_s)
     slow, _ = film_times(reel, speed=0.5)
@@ -121,7 +121,7 @@ def test_times_of_a_film(trial):
 @pytest.mark.parametrize("ending", [".mp4", ".webp"])
 def test_a_film_has_every_frame_and_no_file_is_left_of_one_that_breaks_off(trial, tmp_path, ending):
     pytest.importorskip("imageio_ffmpeg")
-    reel, out = read(trial[1]), tmp_path / f"trial{ending}"
+    reel, out = Reel(trial[1]), tmp_path / f"trial{ending}"
     count = make(reel, out, SIZE, rate=10.0)
     if ending == ".mp4":
         assert len(decoded(out)) == count
@@ -137,12 +137,12 @@ def test_a_film_has_every_frame_and_no_file_is_left_of_one_that_breaks_off(trial
 
 def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     result, path = trial
-    reel = read(path)
+    reel = Reel(path)
     strip(reel, tmp_path / "strip.png", 3)
     assert cv2.imread(str(tmp_path / "strip.png")).shape[1] == 1800
     moments = reel.time_s[[0, result.frames // 2, -1]].tolist()
     canvas = Canvas(reel, (1800, 900), moments)
-    canvas.strip(moments, list(video._seen(reel, moments)))
+    canvas.strip(moments, list(reel.seen(moments)))
     for column, k in zip(canvas.panels, (0, result.frames // 2, -1), strict=True):
         np.testing.assert_array_equal(column[SEEN].images[0].get_array(), result.media.images[""][k])
 

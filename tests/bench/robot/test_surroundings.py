@@ -10,7 +10,7 @@ import pytest
 from experiments import Experiment, Translation, load, run
 from experiments.bench import registry
 from experiments.bench.cli import main
-from experiments.bench.report.video import read
+from experiments.bench.report.video import Reel
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.robot import forget_simulations
@@ -95,5 +95,5 @@ def test_a_recording_draws_the_obstacles(tmp_path):
     forget_simulations()
     assert [b"world/arena/obstacles" in recording for recording in recordings] == [True, False]
     (tmp_path / "trial.rrd").write_bytes(recordings[0])
-    (outline,) = read(tmp_path / "trial.rrd").obstacles
+    (outline,) = Reel(tmp_path / "trial.rrd").obstacles
     np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1]), 1.0, atol=0.01)
