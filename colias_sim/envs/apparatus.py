@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 
 import mujoco
 import numpy as np
 
-from colias_sim.envs.randomise import EpisodeSettings
+from colias_sim.config import CameraConfig, RobotConfig
+from colias_sim.envs.randomise import Values
 from colias_sim.scene import base_mass, contrasted, set_motor_gain, texels
 from colias_sim.simulation import Simulation
 
@@ -26,52 +28,55 @@ class Apparatus:
         Name of the robot that the agent drives.
     shells
         Names of the robots whose shells vary.
-    compiled
-        The settings that the model was compiled with.
+    robot
+        The robot that the model was compiled with.
     retexture
         Called with the index of a changed texture, to update copies of it.
     """
 
     def __init__(
-        self, sim: Simulation, observer: str, shells: Collection[str], compiled: EpisodeSettings,
+        self, sim: Simulation, observer: str, shells: Collection[str], robot: RobotConfig,
         retexture: Callable[[int], None],
     ) -> None:  # fmt: skip
         self._sim, self._observer, self._retexture = sim, observer, retexture
         self._materials = [sim.model.material(f"{name}/shell") for name in shells]
         self._eye_quat = sim.model.camera(f"{observer}/eye").quat
         self._straight_quat = self._eye_quat.copy()
-        self._robot, self._contrast = compiled.robot, compiled.wall_contrast
+        self._robot, self._contrast = robot, 1.0
         self._wall = texels(sim.model, WALL)
         self._plain_wall = self._wall.copy()
 
-    def set(self, settings: EpisodeSettings) -> None:
-        """Set everything except light, wheel gains, shift and latency. Call it before the simulation's reset.
+    def set(self, camera: CameraConfig, robot: RobotConfig, values: Values) -> None:
+        """Set everything except light, wheel gains, start and latency. Call it before the simulation's reset.
 
         Parameters
         ----------
-        settings
-            The settings of the episode.
+        camera, robot
+            The settings of the observer's camera and body. Only the robot's mass and motor gain may vary.
+        values
+            Factor -> its values, of all factors of `USUAL`.
         """
+        (contrast,), (pitch, yaw) = values["wall"], values["tilt"]
         for material in self._materials:
-            material.rgba[:3] = settings.shell_grey
+            material.rgba[:3] = values["shell"]
         tilt = np.zeros(4)
-        mujoco.mju_euler2Quat(tilt, np.array([*settings.tilt, 0.0]), "xyz")
+        mujoco.mju_euler2Quat(tilt, np.array([math.radians(pitch), math.radians(yaw), 0.0]), "xyz")
         mujoco.mju_mulQuat(self._eye_quat, self._straight_quat, tilt)
-        self._set_robot(settings)
-        if settings.wall_contrast != self._contrast:
-            self._contrast = settings.wall_contrast
-            self._wall[:] = contrasted(self._plain_wall, settings.wall_contrast)
+        self._set_robot(robot)
+        if contrast != self._contrast:
+            self._contrast = contrast
+            self._wall[:] = contrasted(self._plain_wall, contrast)
             self._retexture(self._sim.model.tex(WALL).id)
         if self._sim.seeing:
-            self._sim.camera.tune(settings.camera)
+            self._sim.camera.tune(camera)
 
-    def _set_robot(self, settings: EpisodeSettings) -> None:
+    def _set_robot(self, robot: RobotConfig) -> None:
         """Set mass and motor gain, and what MuJoCo derives from them."""
-        if settings.robot == self._robot:
+        if robot == self._robot:
             return
-        self._robot, model = settings.robot, self._sim.model
-        model.body(f"{self._observer}/base").mass[:] = base_mass(settings.robot, model, self._observer)
-        set_motor_gain(model, self._observer, settings.robot.motor_gain)
+        self._robot, model = robot, self._sim.model
+        model.body(f"{self._observer}/base").mass[:] = base_mass(robot, model, self._observer)
+        set_motor_gain(model, self._observer, robot.motor_gain)
         mujoco.mj_setConst(model, self._sim.data)
         # The solver's tolerance is relative to this, which MuJoCo only computes when it compiles.
         model.stat.meaninertia = np.add.accumulate(model.dof_M0)[-1] / model.nv

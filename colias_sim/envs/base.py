@@ -18,7 +18,7 @@ from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
 from colias_sim.envs.measures import EpisodeColumn
 from colias_sim.envs.options import EnvOptions, Options, checked
-from colias_sim.envs.randomise import draw, ends, given_values
+from colias_sim.envs.randomise import FACTORS, USUAL, camera_ends, changed, draw, given_values
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
     MANOEUVRES,
@@ -101,9 +101,9 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         # The class has every mode, as gym.make asks it; the checkers ask the env.
         modes = [mode for mode in ColiasEnv.metadata["render_modes"] if mode != "human" or has_screen()]
         self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frame_skip}
-        self._plain = plain = options.plain_settings()
-        self._fastest = plain.robot.max_speed_cm_s / 100
-        shape = plain.camera.height, plain.camera.width
+        self._camera, self._robot = camera, robot = options.noisy_camera(), options.robot
+        self._fastest = robot.max_speed_cm_s / 100
+        shape = camera.height, camera.width
         others = self._others()
         self.observation_space = observation_space(options.observation, shape, len(others))
         self.action_space = action_space(options.actions)
@@ -112,9 +112,9 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self._luma.flags.writeable = False
         # The camera is made for the upper ends of all ranges, which need the most memory.
-        self._made_with = ends(plain, options.randomise)[1].camera
+        self._made_with = camera_ends(camera, robot, options.randomise)[1]
         sim = Simulation(
-            plain.robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
+            robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
             fence=True, seeing=options.observation != "state",
         )  # fmt: skip
         super().__init__(sim)
@@ -128,7 +128,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             self.close()
             raise
         shells = [name for name, variant in others.items() if variant != "colias"]
-        self._apparatus = Apparatus(sim, OBSERVER, shells, plain, self._retexture)
+        self._apparatus = Apparatus(sim, OBSERVER, shells, robot, self._retexture)
 
     # What a subclass declares. (`World` has what disturbs it.)
 
@@ -225,24 +225,26 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._check_open()
         obstacles, asked = self._sim.obstacles, dict(options or {})
         poses = given_poses(asked.pop("poses", {}), self._sim.everyone, obstacles)
-        values = given_values(asked, self._plain, self.options.randomise, self._made_with)
+        given = given_values(asked, self._camera, self._robot, self.options.randomise, self._made_with)
         if OBSERVER in poses:
-            values["start"] = (0.0, 0.0)  # the given pose replaces the move
+            given["start"] = (0.0, 0.0)  # the given pose replaces the move
         super().reset(seed=seed)
         self._forget()
         # The camera's noise has its own generator, so that the world does not depend on the observation, and
         # baselines with other observations can be compared in pairs.
         rng = episode(self.np_random)
         placements, self._drivers = self._drawn(self.np_random)
-        settings, drawn = draw(self._plain, self.options.randomise, values, self.np_random, rng)
-        self._apparatus.set(settings)
-        self._wheel_gains = settings.wheel_gains
-        self._delay(settings.latency)
-        if settings.shift != (0.0, 0.0):
-            placements = moved(placements, OBSERVER, *settings.shift, obstacles)
+        drawn = draw(self.options.randomise, given, self.np_random, rng)
+        values = USUAL | drawn
+        self._apparatus.set(*changed(self._camera, self._robot, drawn), values)
+        self._wheel_gains, (ahead_cm, left_cm) = values["wheel_gain"], values["start"]
+        (light,), (latency_ms,) = values["light"], values["latency_ms"]
+        self._delay(0.001 * latency_ms)
+        if (ahead_cm, left_cm) != (0.0, 0.0):
+            placements = moved(placements, OBSERVER, 0.01 * ahead_cm, 0.01 * left_cm, obstacles)
         if poses:
             placements = placed(placements, poses, clearing(rng), obstacles)
-        self._sim.reset(placements, self.np_random, light=settings.light)
+        self._sim.reset(placements, self.np_random, light=light)
         self._here = self._sim.robots[OBSERVER].pose
         self._film = film(rng)
         if self._model is not None:
@@ -252,7 +254,10 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         if self._renderer:
             self._renderer.show()
         info = self._info({})
-        return self._observation(), {**info, "randomised": drawn} if drawn else info
+        if drawn:
+            parts = (zip(FACTORS[name].parts, drawn[name], strict=True) for name in drawn)
+            info["randomised"] = {part: value for pairs in parts for part, value in pairs}
+        return self._observation(), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Apply one action for ``frame_skip`` frames.
@@ -402,7 +407,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     def _forget(self) -> None:
         """Reset the episode's state to its state before the first episode."""
         self._rest()
-        self._wheels, self._wheel_gains = np.zeros(2, np.float32), (1.0, 1.0)
+        self._wheels, self._wheel_gains = np.zeros(2, np.float32), USUAL["wheel_gain"]
         self._responses = []
 
     def _frame(self, look: bool) -> None:

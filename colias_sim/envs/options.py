@@ -19,7 +19,7 @@ from pydantic import (
 from pydantic.dataclasses import dataclass
 
 from colias_sim.config import CameraConfig, RobotConfig, known_arena
-from colias_sim.envs.randomise import PRESET, EpisodeSettings, Range, checked_randomise, ends
+from colias_sim.envs.randomise import PRESET, Range, camera_ends, checked_randomise
 from dsnn.field_docs import unit, with_field_docs
 from scenes.hints import nearest
 
@@ -131,23 +131,22 @@ class EnvOptions:
     def _apparatus_is_possible(self) -> Self:
         if self.camera.fps != FPS:
             raise ValueError(f"camera: fps must be {FPS:g} in an env, got {self.camera.fps:g}")
-        ends(self.plain_settings(), self.randomise)
+        camera_ends(self.noisy_camera(), self.robot, self.randomise)
         return self
 
-    def plain_settings(self) -> EpisodeSettings:
-        """Make the settings of an episode without randomisation.
+    def noisy_camera(self) -> CameraConfig:
+        """Make the camera's settings in an episode without randomisation.
 
         Returns
         -------
-        EpisodeSettings
-            Settings of the camera, with its noise times ``noise``, and of the robot.
+        CameraConfig
+            ``camera``, with its noise times ``noise``.
 
         Raises
         ------
         ValueError
             The camera's noise would exceed its range.
         """
-        noisy = dataclasses.replace(
+        return dataclasses.replace(
             self.camera, shot_noise=self.noise * self.camera.shot_noise, read_noise=self.noise * self.camera.read_noise
         )
-        return EpisodeSettings(noisy, self.robot)

@@ -1,12 +1,12 @@
 """Domain randomisation: the factors that may vary between episodes, their draws, and the resulting settings.
 
-To add a factor, add an entry to `FACTORS`, and apply it in `changed`. No factor compiles the scene again.
+To add a factor, add an entry to `FACTORS`, and apply it in `changed`, or give it a value in `USUAL` and apply it in the
+env's reset. No factor compiles the scene again.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -31,41 +31,6 @@ WIDEST_TILT_DEG = 3.0
 """Largest tilt of the camera in pitch and in yaw, in degrees, at strength 1."""
 USUAL_SHELL = SceneConfig().shell_grey
 """Default reflectance of the other robots' shells."""
-
-
-@dataclass(frozen=True, slots=True)
-class EpisodeSettings:
-    """Settings of one episode: the env's arguments, changed by the values of factors.
-
-    Parameters
-    ----------
-    camera, robot
-        The observer's camera and body. Only mass and motor gain of the robot may differ from the env's argument.
-    light
-        A factor on the light of the lamps.
-    shell_grey
-        Reflectance of the other robots' shells.
-    wall_contrast
-        A factor on the contrast of the wall's texture.
-    wheel_gains
-        Factors on the commanded speeds of the observer's left and right wheel.
-    tilt
-        Pitch and yaw of the camera off its usual direction, in radians.
-    shift
-        Shift of the observer's start ahead and to the left, in metres.
-    latency
-        Time from an action to the command to the wheels, in seconds.
-    """
-
-    camera: CameraConfig
-    robot: RobotConfig
-    light: float = 1.0
-    shell_grey: float = USUAL_SHELL
-    wall_contrast: float = 1.0
-    wheel_gains: tuple[float, float] = (1.0, 1.0)
-    tilt: tuple[float, float] = (0.0, 0.0)
-    shift: tuple[float, float] = (0.0, 0.0)
-    latency: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +76,7 @@ FACTORS: Mapping[str, Factor] = MappingProxyType({
     "latency_ms": Factor("ms", 0.0, 500.0, "the time from an action to the command to the wheels, in whole control "
                          "intervals of 16.7 ms", ("latency_ms",)),
 })  # fmt: skip
-"""Name -> factor, in the order in which they are applied."""
+"""Name -> factor, in the order of a reset's ``info``."""
 
 PRESET = "preset"
 """The key of a mapping that names a preset; the other entries are added to it."""
@@ -136,6 +101,12 @@ PRESETS: Mapping[str, Mapping[str, Range]] = MappingProxyType({
 
 Values = dict[str, tuple[float, ...]]
 """Factor -> a value for each of its parts, in the factor's unit."""
+
+USUAL: Values = {
+    "light": (1.0,), "tilt": (0.0, 0.0), "wall": (1.0,), "shell": (USUAL_SHELL,), "start": (0.0, 0.0),
+    "wheel_gain": (1.0, 1.0), "latency_ms": (0.0,),
+}  # fmt: skip
+"""The values of an episode without randomisation, of the factors that are no settings of the camera or the robot."""
 
 
 def checked_randomise(value: Any) -> float | dict[str, Range]:
@@ -195,15 +166,16 @@ def _checked(name: str, given: Any, count: int) -> tuple[float, ...]:
 
 
 def given_values(
-    options: Mapping[str, Any], plain: EpisodeSettings, randomise: float | Mapping[str, Range], made_with: CameraConfig
-) -> Values:
+    options: Mapping[str, Any], camera: CameraConfig, robot: RobotConfig, randomise: float | Mapping[str, Range],
+    made_with: CameraConfig,
+) -> Values:  # fmt: skip
     """Check the factors among the options of a reset.
 
     Parameters
     ----------
     options
         Factor -> a number, or two for a factor with two parts.
-    plain
+    camera, robot
         The settings of an episode without randomisation.
     randomise
         The checked argument of the env.
@@ -224,77 +196,58 @@ def given_values(
     for name, given in options.items():
         values[name] = _checked(name, given, len(FACTORS[name].parts) if name in FACTORS else 1)
     if values:
-        for settings in ends(plain, randomise, values):
-            check_tunable(settings.camera, made_with)
+        for end in camera_ends(camera, robot, randomise, values):
+            check_tunable(end, made_with)
     return values
 
 
-def changed(settings: EpisodeSettings, values: Values) -> EpisodeSettings:
-    """Apply the values of factors to the settings of an episode.
+def changed(camera: CameraConfig, robot: RobotConfig, values: Values) -> tuple[CameraConfig, RobotConfig]:
+    """Apply the values of factors that the settings of a camera and of a robot have.
 
     Parameters
     ----------
-    settings
+    camera, robot
         The settings without these values.
     values
         Factor -> its values.
 
     Returns
     -------
-    EpisodeSettings
-        The settings with these values.
+    tuple
+        Camera and robot with these values.
 
     Raises
     ------
     ValueError
         The robot or the camera cannot have a value.
     """
-    for name in FACTORS:
-        if name in values:
-            settings = _changed(settings, name, values[name])
-    return settings
+    replace = dataclasses.replace
+    for name, (value, *_) in values.items():
+        match name:
+            case "noise":
+                shot, read = value * camera.shot_noise, value * camera.read_noise
+                camera = replace(camera, shot_noise=shot, read_noise=read)
+            case "ae_target" if not camera.auto_exposure:
+                raise ValueError(
+                    'ae_target changes nothing without auto_exposure: give camera="ov7670", or another with it'
+                )
+            case "ae_target" | "row_time_us" | "blur_px":
+                camera = replace(camera, **{name: value})
+            case "mass_g":
+                robot = replace(robot, mass_g=value)
+            case "motor_gain":
+                robot = replace(robot, motor_gain=value * robot.motor_gain)
+    return camera, robot
 
 
-def _changed(settings: EpisodeSettings, name: str, values: tuple[float, ...]) -> EpisodeSettings:
-    replace, camera, robot, value = dataclasses.replace, settings.camera, settings.robot, values[0]
-    match name:
-        case "light":
-            return replace(settings, light=value)
-        case "noise":
-            shot, read = value * camera.shot_noise, value * camera.read_noise
-            return replace(settings, camera=replace(camera, shot_noise=shot, read_noise=read))
-        case "ae_target" if not camera.auto_exposure:
-            raise ValueError(
-                'ae_target changes nothing without auto_exposure: give camera="ov7670", or another with it'
-            )
-        case "ae_target" | "row_time_us" | "blur_px":
-            return replace(settings, camera=replace(camera, **{name: value}))
-        case "tilt":
-            return replace(settings, tilt=(math.radians(value), math.radians(values[1])))
-        case "wall":
-            return replace(settings, wall_contrast=value)
-        case "shell":
-            return replace(settings, shell_grey=value)
-        case "start":
-            return replace(settings, shift=(0.01 * value, 0.01 * values[1]))
-        case "mass_g":
-            return replace(settings, robot=replace(robot, mass_g=value))
-        case "motor_gain":
-            return replace(settings, robot=replace(robot, motor_gain=value * robot.motor_gain))
-        case "wheel_gain":
-            return replace(settings, wheel_gains=(value, values[1]))
-        case _:
-            return replace(settings, latency=0.001 * value)
-
-
-def ends(
-    plain: EpisodeSettings, randomise: float | Mapping[str, Range], given: Values | None = None
-) -> tuple[EpisodeSettings, EpisodeSettings]:
-    """Compute the settings with all factors at the lower, and at the upper end of their ranges.
+def camera_ends(
+    camera: CameraConfig, robot: RobotConfig, randomise: float | Mapping[str, Range], given: Values | None = None
+) -> tuple[CameraConfig, CameraConfig]:
+    """Compute the camera's settings with all factors at the lower, and at the upper end of their ranges.
 
     Parameters
     ----------
-    plain
+    camera, robot
         The settings without randomisation.
     randomise
         The checked argument of the env.
@@ -303,7 +256,7 @@ def ends(
 
     Returns
     -------
-    tuple of EpisodeSettings
+    tuple of CameraConfig
         Lower and upper settings. A number only varies values that no robot or camera refuses.
 
     Raises
@@ -313,22 +266,17 @@ def ends(
     """
     ranges = randomise if isinstance(randomise, Mapping) else {}
     low, high = ({name: (both[end],) * len(FACTORS[name].parts) for name, both in ranges.items()} for end in (0, 1))
-    return changed(plain, low | (given or {})), changed(plain, high | (given or {}))
+    return changed(camera, robot, low | (given or {}))[0], changed(camera, robot, high | (given or {}))[0]
 
 
-def draw(
-    plain: EpisodeSettings, randomise: float | Mapping[str, Range], given: Values, world: np.random.Generator,
-    episode: int,
-) -> tuple[EpisodeSettings, dict[str, float]]:  # fmt: skip
-    """Draw the settings of an episode.
+def draw(randomise: float | Mapping[str, Range], given: Values, world: np.random.Generator, episode: int) -> Values:
+    """Draw the values of an episode's factors.
 
     Six numbers are always drawn from the world, so that ``randomise`` does not change later draws. Factors with ranges
     have their own streams, so that no factor changes another's draws.
 
     Parameters
     ----------
-    plain
-        The settings of an episode without randomisation.
     randomise
         The checked argument of the env: a strength from 0 (none) to 1 (widest), or ranges.
     given
@@ -340,10 +288,8 @@ def draw(
 
     Returns
     -------
-    settings : EpisodeSettings
-        The settings.
-    values : dict of str to float
-        Name -> value, drawn or given, in the unit of its name.
+    dict
+        Factor -> its values, drawn or given, in the order of `FACTORS`.
     """
     light, shell, left, right, pitch, yaw = world.uniform(-1.0, 1.0, 6).tolist()
     values: Values = {}
@@ -358,5 +304,4 @@ def draw(
         values["wheel_gain"] = 1.0 + randomise * WIDEST_MOTOR * left, 1.0 + randomise * WIDEST_MOTOR * right
         values["tilt"] = pitch * randomise * WIDEST_TILT_DEG, yaw * randomise * WIDEST_TILT_DEG
     values |= given
-    named = (zip(FACTORS[name].parts, values[name], strict=True) for name in FACTORS if name in values)
-    return changed(plain, values), {part: value for pairs in named for part, value in pairs}
+    return {name: values[name] for name in FACTORS if name in values}
