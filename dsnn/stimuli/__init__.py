@@ -5,7 +5,7 @@
 >>> len(clip), clip.shape, clip.fps
 (112, (180, 320), 30.0)
 >>> clip[60].truth.velocity
-Velocity(x=-120.0, y=0.0)
+(-120.0, 0.0)
 
 A clip is painted while you iterate over it, any number of times, with equal frames. Pass ``(frame.luma for frame in
 clip)`` to `DSNN.run`. Positions are fractions of a pixel, and every pixel is the mean of the light over its square.
@@ -16,7 +16,7 @@ from dsnn.stimuli.jitter import Jitter
 from dsnn.stimuli.registry import STIMULI, StimulusEntry, stimulus, stimulus_entry
 from dsnn.stimuli.scene_statistics import amplitude_spectrum, contrasts, spectrum_slope
 from dsnn.stimuli.scenes import SCENES, scene
-from dsnn.stimuli.stimulus import Box, ClipParams, Stimulus, StimulusFrame, TimedParams, Truth, Velocity
+from dsnn.stimuli.stimulus import Box, ClipParams, Stimulus, StimulusFrame, TimedParams, Truth
 
 __all__ = [
     "SCENES",
@@ -29,7 +29,6 @@ __all__ = [
     "StimulusFrame",
     "TimedParams",
     "Truth",
-    "Velocity",
     "amplitude_spectrum",
     "contrasts",
     "scene",

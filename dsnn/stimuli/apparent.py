@@ -14,7 +14,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import ClipParams, Luma, Stimulus, StimulusFrame, Truth
 
 Pair = Literal["on-on", "off-off", "on-off", "off-on"]
 
@@ -80,7 +80,7 @@ class Apparent(Stimulus[ApparentParams]):
         bars = _bars(field, p)[:, :: x + y]  # the opposite motion is the mirror image
         self._bars = [np.broadcast_to(bar if x else bar[:, np.newaxis], self.shape) for bar in bars]
         speed = p.spacing_px * p.fps / p.delay_frames
-        self._velocity = Velocity(x * speed, y * speed)
+        self._velocity = x * speed, y * speed
 
     def __len__(self) -> int:
         return self._frames

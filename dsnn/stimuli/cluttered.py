@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.background import PHOTOGRAPH, Panorama, known_background, panorama
 from dsnn.stimuli.moving import ObjectParams, ObjectPath, paint, per_second
-from dsnn.stimuli.stimulus import Stimulus, StimulusFrame, Velocity
+from dsnn.stimuli.stimulus import Stimulus, StimulusFrame
 from dsnn.stimuli.streams import stream
 
 
@@ -49,7 +49,7 @@ class Cluttered(Stimulus[ClutteredParams]):
     def __init__(self, params: ClutteredParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         self._path = ObjectPath(params)
-        self._background = Velocity(per_second(params.background_speed, params.speed_unit, params.fps), 0.0)
+        self._background = per_second(params.background_speed, params.speed_unit, params.fps), 0.0
 
     def __len__(self) -> int:
         return len(self._path)
@@ -68,7 +68,7 @@ class Cluttered(Stimulus[ClutteredParams]):
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""
         truth = self._path.truth(index, self._background)
-        canvas = self._panorama.view(self._start - self._background.x * index / self.fps)
+        canvas = self._panorama.view(self._start - self._background[0] * index / self.fps)
         if self.params.object == "absent":
             return StimulusFrame(canvas, truth.without_object())
         if truth.box is not None:

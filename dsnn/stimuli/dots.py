@@ -11,7 +11,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import Luma, StimulusFrame, TimedParams, TimedStimulus, Truth, Velocity
+from dsnn.stimuli.stimulus import Luma, StimulusFrame, TimedParams, TimedStimulus, Truth
 from dsnn.stimuli.streams import stream
 
 Floats = npt.NDArray[np.float64]
@@ -44,7 +44,7 @@ class Dots(TimedStimulus[DotsParams]):
     def __init__(self, params: DotsParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         x, y = DIRECTIONS[params.motion]
-        self._velocity = Velocity(x * params.speed, y * params.speed)
+        self._velocity = x * params.speed, y * params.speed
         self._places = self._walk(stream("stimulus", seed))
 
     def _walk(self, rng: np.random.Generator) -> Floats:

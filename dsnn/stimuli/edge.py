@@ -9,7 +9,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction, paint
-from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Stimulus, StimulusFrame, Truth
 
 
 @parameters
@@ -68,7 +68,7 @@ class _Sweep(Stimulus[EdgeParams]):
         if not 0 <= step < self._steps:
             return StimulusFrame(canvas, Truth("still", band, STILL))
         x, y = DIRECTIONS[p.motion]
-        return StimulusFrame(canvas, Truth(p.motion, band, Velocity(x * p.speed, y * p.speed)))
+        return StimulusFrame(canvas, Truth(p.motion, band, (x * p.speed, y * p.speed)))
 
     def _band(self, entered: float) -> Box:
         """Locate the band whose leading edge is ``entered`` px inside the frame."""

@@ -44,7 +44,7 @@ class Grating(TimedStimulus[GratingParams]):
         turn = math.radians(params.direction_deg)
         across, down = math.cos(turn) / params.period_px, math.sin(turn) / params.period_px  # cycles per px
         speed = params.temporal_hz * params.period_px
-        self._velocity = Velocity(speed * math.cos(turn), speed * math.sin(turn))
+        self._velocity = speed * math.cos(turn), speed * math.sin(turn)
         # Distances from the frame's centre, so that a mirrored direction gives a mirrored frame.
         x, y = (np.arange(n) + 0.5 - n / 2 for n in (params.columns, params.rows))
         start = stream("stimulus", seed).uniform() if seed else 0.0
@@ -67,9 +67,9 @@ REST = Truth("still")
 
 def name(velocity: Velocity) -> str:
     """Name a direction: one of four, or ``oblique``."""
-    speed = math.hypot(*velocity)
+    (right, down), speed = velocity, math.hypot(*velocity)
     for word, (x, y) in DIRECTIONS.items():
-        if math.isclose(velocity.x * x + velocity.y * y, speed, rel_tol=1e-9):
+        if math.isclose(right * x + down * y, speed, rel_tol=1e-9):
             return word
     return "oblique"
 

@@ -73,7 +73,7 @@ class Jitter(Stimulus[ClipParams]):
         still = self.inner.frame(index)
         x, y = self.shifts[index].tolist()
         before_x, before_y = self.shifts[max(index - 1, 0)].tolist()
-        change = Velocity((x - before_x) * self.fps, (y - before_y) * self.fps)
+        change = (x - before_x) * self.fps, (y - before_y) * self.fps
         luma = cv2.sepFilter2D(still.luma, -1, _shift(x), _shift(y), borderType=cv2.BORDER_REPLICATE)
         return StimulusFrame(np.asarray(luma, np.uint8), _moved(still.truth, x, y, change))
 
@@ -88,7 +88,7 @@ def _moved(truth: Truth, x: float, y: float, change: Velocity) -> Truth:
 
 
 def _sum(a: Velocity, b: Velocity) -> Velocity:
-    return Velocity(a.x + b.x, a.y + b.y)
+    return a[0] + b[0], a[1] + b[1]
 
 
 def _shift(distance: float) -> npt.NDArray[np.float64]:

@@ -17,7 +17,7 @@ from pydantic import Field
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.grating import Grating, GratingParams
 from dsnn.stimuli.moving import DIRECTIONS, Motion, paint, paint_disc
-from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import STILL, Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth
 
 Degrees = Annotated[float, Field(ge=-80.0, le=80.0), unit("degrees")]
 AngularSize = Annotated[float, Field(gt=0.0, lt=180.0), unit("degrees")]
@@ -92,7 +92,7 @@ class Looming(Stimulus[LoomingParams]):
         self._ground = _grating(p, len(self), seed) if p.background == "grating" else None
         moving = self._ground is not None and p.temporal_hz > 0
         turn, speed = math.radians(p.direction_deg), p.temporal_hz * p.period_px
-        self._drift = Velocity(speed * math.cos(turn), speed * math.sin(turn)) if moving else STILL
+        self._drift = (speed * math.cos(turn), speed * math.sin(turn)) if moving else STILL
 
     def __len__(self) -> int:
         return 2 * self._rest + self._steps + 1
@@ -139,7 +139,7 @@ class Looming(Stimulus[LoomingParams]):
         if not 0 <= step < self._steps:
             return Truth("still", box, STILL, self._drift)
         outward = p.focal_px * p.miss * near / contact
-        velocity = Velocity(outward if looming else -outward, 0.0)
+        velocity = outward if looming else -outward, 0.0
         return Truth(p.motion, box, velocity, self._drift, contact if looming else -contact)
 
     def _way(self) -> float:
@@ -155,7 +155,7 @@ class Looming(Stimulus[LoomingParams]):
         box = Box.about(column, row, self._side, self._side)
         if not box.touches(self.shape):
             return Truth("still", background_velocity=self._drift)
-        velocity = Velocity(x * self._speed, y * self._speed)
+        velocity = x * self._speed, y * self._speed
         return Truth(p.motion, box, velocity, self._drift) if moving else Truth("still", box, STILL, self._drift)
 
 

@@ -111,7 +111,7 @@ class ObjectPath:
 
     def _velocity(self) -> Velocity:
         x, y = DIRECTIONS[self._params.motion]
-        return Velocity(x * self._speed, y * self._speed)
+        return x * self._speed, y * self._speed
 
     def _across(self, elapsed: float) -> Box:
         p = self._params

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from dsnn.stimuli.moving import DIRECTIONS, Direction
-from dsnn.stimuli.stimulus import StimulusFrame, TimedParams, TimedStimulus, Truth, Velocity
+from dsnn.stimuli.stimulus import StimulusFrame, TimedParams, TimedStimulus, Truth
 from dsnn.stimuli.streams import stream
 
 
@@ -56,7 +56,7 @@ class ReversePhi(TimedStimulus[ReversePhiParams]):
         self._pictures = [np.rint(p.mean_grey + s * p.amplitude * grown).astype(np.uint8) for s in (1.0, -1.0)]
         speed = p.step_px * p.fps / p.step_frames
         x, y = DIRECTIONS[p.motion]
-        self._velocity = Velocity(x * speed, y * speed)
+        self._velocity = x * speed, y * speed
 
     def frame(self, index: int) -> StimulusFrame:
         """Paint frame ``index``."""

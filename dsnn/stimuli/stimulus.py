@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Generic, NamedTuple, TypeVar
+from typing import Annotated, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -16,22 +16,9 @@ from dsnn.field_docs import parameters, unit
 Luma = npt.NDArray[np.uint8]
 
 
-class Velocity(NamedTuple):
-    """A velocity in the image, in px/s.
-
-    Parameters
-    ----------
-    x
-        Rightward positive.
-    y
-        Downward positive.
-    """
-
-    x: float
-    y: float
-
-
-STILL = Velocity(0.0, 0.0)
+Velocity = tuple[float, float]
+"""A velocity in the image: x and y, px/s, rightward and downward positive."""
+STILL: Velocity = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +105,10 @@ class Truth:
     box
         The whole outline of the object, including parts outside the frame; ``None`` while no object is in the frame.
     velocity
-        Velocity of the object's centre, px/s; ``None`` while no object is in the frame.
+        Velocity (x, y) of the object's centre, px/s, rightward and downward positive; ``None`` while no object is in
+        the frame.
     background_velocity
-        Velocity of everything else, px/s.
+        Velocity of everything else, likewise.
     time_to_contact_s
         Time to a looming object's contact, s. For a receding object it is negative: the time since contact. Otherwise
         ``None``.
@@ -235,7 +223,7 @@ class Stimulus(ABC, Generic[P]):
     >>> from dsnn.stimuli import stimulus
     >>> clip = stimulus("plain", speed=120.0, motion="leftward")
     >>> clip[60].luma.shape, clip[60].truth.velocity
-    ((180, 320), Velocity(x=-120.0, y=0.0))
+    ((180, 320), (-120.0, 0.0))
     """
 
     def __init__(self, params: P, seed: int = 0) -> None:

@@ -21,7 +21,7 @@ from dsnn.stimuli.foliage import Amplitude, Sway, check_band
 from dsnn.stimuli.movers import WHEEL_GREY, Kind, Mover, group
 from dsnn.stimuli.moving import paint
 from dsnn.stimuli.scenes import PINK_MEAN, PINK_SD, pink
-from dsnn.stimuli.stimulus import Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth, Velocity
+from dsnn.stimuli.stimulus import Box, ClipParams, Luma, Stimulus, StimulusFrame, Truth
 from dsnn.stimuli.streams import stream
 
 Floats = npt.NDArray[np.float32]
@@ -137,7 +137,7 @@ class Street(Stimulus[StreetParams]):
             return Truth("still" if self.params.foliage == "none" else "swaying")
         velocity = sum(mover.velocity for mover in seen) / len(seen)
         box = _around([mover.box(seconds) for mover in seen])
-        return Truth("rightward" if velocity > 0 else "leftward", box, Velocity(velocity, 0.0))
+        return Truth("rightward" if velocity > 0 else "leftward", box, (velocity, 0.0))
 
 
 def _movers(p: StreetParams, rng: np.random.Generator) -> tuple[Mover, ...]:

@@ -8,7 +8,7 @@ import pytest
 
 from dsnn import MODELS, ModelEntry, Response
 from dsnn.frames import luma
-from dsnn.stimuli import STIMULI, Box, ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth, Velocity
+from dsnn.stimuli import STIMULI, Box, ClipParams, Stimulus, StimulusEntry, StimulusFrame, Truth
 from experiments.bench import check
 from experiments.bench.check import try_laws
 from experiments.bench.cli.main import command
@@ -161,7 +161,7 @@ class Square(Stimulus[ClipParams]):
 
     def frame(self, index):
         left = 10.0 + SPEED * index / self.fps
-        truth = Truth(self.word, Box(left, 10.0, 8.0, 8.0), Velocity(self.velocity, 0.0))
+        truth = Truth(self.word, Box(left, 10.0, 8.0, 8.0), (self.velocity, 0.0))
         return StimulusFrame(self.paint(index, int(left)), truth)
 
 
@@ -186,7 +186,7 @@ def panorama(speed):
     noise = np.random.default_rng(0).integers(0, 256, (180, 320), np.uint8)
 
     def frame(self, index):
-        truth = Truth("panorama", background_velocity=Velocity(speed, 0.0))
+        truth = Truth("panorama", background_velocity=(speed, 0.0))
         return StimulusFrame(np.roll(noise, 2 * index, axis=1)[: self.shape[0], : self.shape[1]], truth)
 
     return frame

@@ -87,8 +87,8 @@ def test_a_clip_is_one_point_and_moves_the_way_its_point_says(curve):
     assert len({tuple(point.values()) for _, point in shown}) == len(shown) > 0
     for clip, point in shown:
         truth = next(frame.truth for frame in clip.build(0) if frame.truth.motion != "still")
-        velocity, turn = truth.velocity or truth.background_velocity, math.radians(point["direction_deg"])
-        assert velocity.x * math.cos(turn) + velocity.y * math.sin(turn) == pytest.approx(math.hypot(*velocity))
+        (x, y), turn = truth.velocity or truth.background_velocity, math.radians(point["direction_deg"])
+        assert x * math.cos(turn) + y * math.sin(turn) == pytest.approx(math.hypot(x, y))
 
 
 def test_approaches_are_shown_to_looming_models_alone():

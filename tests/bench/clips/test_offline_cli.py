@@ -26,4 +26,4 @@ def test_a_stimulus_is_written_as_it_is_painted_with_its_truth(tmp_path):
             assert row["left_px"] is row["velocity_x_px_s"] is None
         else:
             assert row["left_px"] == pytest.approx(frame.truth.box.left)
-            assert row["velocity_x_px_s"] == pytest.approx(frame.truth.velocity.x)
+            assert row["velocity_x_px_s"] == pytest.approx(frame.truth.velocity[0])

@@ -54,8 +54,8 @@ def test_what_crosses_has_the_size_and_the_speed_of_the_near_end(way):
     assert {round(truth.box.width, 9) for truth in frames} == {round(2 * 70.7 * math.tan(math.radians(20)), 9)}
     assert max(abs(part) for part in frames[0].velocity) == pytest.approx(70.7 / near)
     x, y = ([getattr(truth.box, side) for truth in frames] for side in ("left", "top"))
-    np.testing.assert_allclose(np.diff(x) * 200, frames[0].velocity.x, atol=1e-6)
-    np.testing.assert_allclose(np.diff(y) * 200, frames[0].velocity.y, atol=1e-6)
+    np.testing.assert_allclose(np.diff(x) * 200, frames[0].velocity[0], atol=1e-6)
+    np.testing.assert_allclose(np.diff(y) * 200, frames[0].velocity[1], atol=1e-6)
     assert all((clip[index].luma == 200).all() for index in (0, len(clip) - 1)), "from outside to outside"
     assert np.isnan(clip.contact_s()).all()
 
@@ -80,6 +80,6 @@ def test_what_misses_the_eye_drifts_outward_at_the_velocity_of_the_truth():
     clip = stimulus("looming", miss=1.5, fps=200)
     frames = moving(clip)
     centres = [frame.truth.box.left + frame.truth.box.width / 2 for frame in frames]
-    between = [frame.truth.velocity.x for frame in frames]
+    between = [frame.truth.velocity[0] for frame in frames]
     np.testing.assert_allclose(np.diff(centres) * 200, np.add(between[1:], between[:-1]) / 2, rtol=2e-3)
     assert between[-1] > between[0] > 0
