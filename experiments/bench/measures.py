@@ -6,7 +6,6 @@ A new measure is its function and an entry of `MEASURES`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -30,38 +29,8 @@ LEAST_SPEEDS = 3
 
 Number = Mapping[str, Any]
 """A number at a point: its ``value``, ``None`` where there is none; of a mean ``n``, ``ci_low`` and ``ci_high`` too."""
-
-
-@dataclass(frozen=True, slots=True)
-class SweepMeasure:
-    """A number that a sweep can show.
-
-    Parameters
-    ----------
-    name
-        Its name after ``--measure``.
-    says
-        What it is.
-    unit
-        Its unit; empty where it has none.
-    of
-        From the rows of a point that it is about to the number.
-    given_by
-        Whether these conditions, or clips' parameters, give it.
-    conditions
-        Columns of the one condition that it is about, with their values; empty where it is about several.
-    """
-
-    name: str
-    says: str
-    unit: str
-    of: Callable[[Rows], Number]
-    given_by: Callable[[Sequence[Any]], bool] = bool
-    conditions: tuple[tuple[str, Any], ...] = ()
-
-    def described(self) -> dict[str, str]:
-        """Return the entry of ``run.json``."""
-        return {"name": self.name, "says": self.says, "unit": self.unit}
+Measure = tuple[str, str, Mapping[str, Any]]
+"""A measure's name, the experiment that gives it, and the columns of the one condition that it is about, if it is."""
 
 
 def _crossings(conditions: Sequence[Any]) -> bool:
@@ -128,72 +97,71 @@ def least_peak(rows: Rows) -> Number:
     return {"value": min(float(row["peak_hs"]) for row in crossings)}
 
 
-_ENTRIES = (
-    SweepMeasure("peak-speed-potential", "speed at which mean HS near the axis is largest", "cm/s",
-            partial(peak_speed, column="mean_hs_near_axis"), _crossings),
-    SweepMeasure("peak-speed-count", "speed at which there are most spikes", "cm/s",
-            partial(peak_speed, column="spikes"), _crossings),
-    SweepMeasure("peak-hs", "largest HS of a crossing, of several the lowest", "", least_peak, _rightward),
-)  # fmt: skip
-MEASURES: Mapping[str, SweepMeasure] = {measure.name: measure for measure in _ENTRIES}
-"""The measures by name."""
-
-SPIKES = "spikes"
-"""The measure that is one of each condition: the mean number of spikes in a trial."""
-
-
-def spikes_in(conditions: Sequence[Condition]) -> list[SweepMeasure]:
-    """Return a measure for each condition: the mean number of spikes in its trials, with its 95 % interval.
-
-    Each is called by the columns in which conditions differ.
-    """
-    every = [{name: getattr(condition, name) for name in CONDITION_COLUMNS} for condition in dict.fromkeys(conditions)]
-    varied = [name for name in CONDITION_COLUMNS if len({columns[name] for columns in every}) > 1]
-    measures = []
-    for columns in every:
-        values = {name: columns[name] for name in varied}
-        texts = [f"{name}={value:g}" if isinstance(value, float | int) else f"{name}={value}"
-                 for name, value in values.items()]  # fmt: skip
-        name = f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES
-        of = partial(mean_spikes, condition=columns)
-        words = "mean number of spikes in a trial"
-        measures.append(SweepMeasure(name, words, "", of, conditions=tuple(columns.items())))
-    return measures
-
-
-def mean_spikes(rows: Rows, *, condition: Mapping[str, Any]) -> Number:
+def mean_spikes(rows: Rows) -> Number:
     """Compute the mean number of spikes over the trials of one condition, and its 95 % interval.
 
     Parameters
     ----------
     rows
-        Of ``trials.parquet``, of one model.
-    condition
-        Columns of the condition with their values.
+        Of ``trials.parquet``, of one model and condition.
 
     Returns
     -------
     Number
-        None of a model that does not spike, and where no trial has that condition.
+        None of a model that does not spike, and where there is no trial.
     """
-    trials = [row for row in rows if all(row[name] == value for name, value in condition.items())]
-    spikes = [row["spikes"] for row in trials if row["spikes"] is not None]
+    spikes = [row["spikes"] for row in rows if row["spikes"] is not None]
     if not spikes:
-        return {"value": None, "n": len(trials)}
+        return {"value": None, "n": len(rows)}
     summary = summarise(spikes, 0.0)
     ends = {"ci_low": known(summary.ci_low), "ci_high": known(summary.ci_high)}
-    return {"value": summary.mean, "n": len(trials), **ends}
+    return {"value": summary.mean, "n": len(rows), **ends}
+
+
+SPIKES = "spikes"
+"""The measure that is one of each condition: the mean number of spikes in a trial."""
+MEASURES: Mapping[str, Callable[[Rows], Number]] = {
+    "peak-speed-potential": partial(peak_speed, column="mean_hs_near_axis"),
+    "peak-speed-count": partial(peak_speed, column="spikes"),
+    "peak-hs": least_peak,
+    SPIKES: mean_spikes,
+}
+"""Name after ``--measure`` -> its function of the rows of a point."""
+UNITS = {"peak-speed-potential": "cm/s", "peak-speed-count": "cm/s"}
+"""Name of a measure -> its unit, where it has one."""
+
+
+def measured(name: str, condition: Mapping[str, Any], rows: Rows) -> Number:
+    """Return a measure at a point from its rows: those with the columns of ``condition`` count."""
+    own = [row for row in rows if all(row[column] == value for column, value in condition.items())]
+    return MEASURES[name.partition(":")[0]](own)
+
+
+def by_condition(conditions: Sequence[Condition]) -> dict[str, dict[str, Any]]:
+    """Return a measure for each condition, the mean number of spikes in its trials, with the condition's columns.
+
+    Each is called by the columns in which conditions differ.
+    """
+    every = [{name: getattr(condition, name) for name in CONDITION_COLUMNS} for condition in dict.fromkeys(conditions)]
+    varied = [name for name in CONDITION_COLUMNS if len({columns[name] for columns in every}) > 1]
+    measures = {}
+    for columns in every:
+        values = {name: columns[name] for name in varied}
+        texts = [f"{name}={value:g}" if isinstance(value, float | int) else f"{name}={value}"
+                 for name, value in values.items()]  # fmt: skip
+        measures[f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES] = columns
+    return measures
 
 
 def chosen(
     wanted: Sequence[str], conditions: Mapping[str, Sequence[Sequence[Any]]], models: Sequence[ConfiguredModel]
-) -> list[tuple[SweepMeasure, str]]:
+) -> list[Measure]:
     """Return measures by their names, each with the first experiment that gives it.
 
     Parameters
     ----------
     wanted
-        Names of `MEASURES`, or ``spikes``.
+        Names of `MEASURES`.
     conditions
         Name of an experiment -> its conditions, or its clips' parameters, wherever a point changes them.
     models
@@ -204,19 +172,20 @@ def chosen(
     UsageError
         A measure is not known, none of the experiments gives it at all points, or no model responds by ``hs``.
     """
-    found: list[tuple[SweepMeasure, str]] = []
+    found: list[Measure] = []
+    giving: list[Measure]
     for name in dict.fromkeys(wanted):
+        if name not in MEASURES:
+            raise UsageError(f"--measure {name}: unknown measure; known are {', '.join(MEASURES)}")
         if name == SPIKES:
             every = {place: [one for some in shown for one in some] for place, shown in conditions.items()}
-            giving = [(measure, place) for place, of_it in every.items() if isinstance(of_it[0], Condition)
-                      for measure in spikes_in(of_it)]  # fmt: skip
-        elif name in MEASURES:
+            giving = [(measure, place, columns) for place, of_it in every.items() if isinstance(of_it[0], Condition)
+                      for measure, columns in by_condition(of_it).items()]  # fmt: skip
+        else:
             if not any("hs" in model.channels for model in models):
                 raise UsageError(f"--measure {name}: it is about models that respond by direction")
-            measure = MEASURES[name]
-            giving = [(measure, place) for place, shown in conditions.items() if all(map(measure.given_by, shown))][:1]
-        else:
-            raise UsageError(f"--measure {name}: unknown measure; known are {', '.join((*MEASURES, SPIKES))}")
+            gives = _crossings if name in UNITS else _rightward
+            giving = [(name, place, {}) for place, shown in conditions.items() if all(map(gives, shown))][:1]
         if not giving:
             raise UsageError(f"--measure {name}: none of {', '.join(conditions)} shows what it is of at every point")
         found += giving

@@ -39,7 +39,7 @@ class Study:
         Ids of claims, or claims. Without claims and measures: all that the experiments declare about a model of
         ``models``, and without those the mean number of spikes in each condition.
     measures
-        Names of `experiments.bench.measures.MEASURES`, or ``spikes``.
+        Names of `experiments.bench.measures.MEASURES`.
     experiments
         Names or files, of one kind; a claim is judged on the first that declares it. Without: for each claim the
         paper's experiment that answers for it.

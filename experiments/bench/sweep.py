@@ -17,7 +17,7 @@ import polars as pl
 
 from experiments.bench import offline, trials
 from experiments.bench.grid import Levels, Point, values_of
-from experiments.bench.measures import SweepMeasure
+from experiments.bench.measures import UNITS, Measure, measured
 from experiments.bench.replicates import Replicate, judged, of_model, of_models
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
@@ -88,7 +88,7 @@ class Sweep:
 
     study: Study
     claims: tuple[tuple[Claim, str], ...]
-    measures: tuple[tuple[SweepMeasure, str], ...]
+    measures: tuple[Measure, ...]
     axes: Mapping[str, Levels]
     judged: tuple[tuple[Point, str], ...]
     seed: int
@@ -168,20 +168,21 @@ class Sweep:
         """
         rows = []
         for (point, model), every in self.replicates.items():
-            for measure, experiment in self.measures:
+            for measure, experiment, condition in self.measures:
                 whole = [
                     [row for row in part.of(model) if row["experiment"] == experiment]
-                    if measure.conditions or not part.lost.get((experiment, model))
+                    if condition or not part.lost.get((experiment, model))
                     else []
                     for part in every
                 ]
-                each = [measure.of(part)["value"] for part in whole]
+                each = [measured(measure, condition, part)["value"] for part in whole]
                 known = [value for value in each if value is not None]
                 rows.append({
-                    **self._at(point, model), "measure": measure.name, "experiment": experiment,
-                    **measure.of([row for part in whole for row in part]), "unit": measure.unit,
-                    "lowest": min(known, default=None), "highest": max(known, default=None),
-                    "replicates": len(each), "not shown": len(each) - len(known), **dict(measure.conditions),
+                    **self._at(point, model), "measure": measure, "experiment": experiment,
+                    **measured(measure, condition, [row for part in whole for row in part]),
+                    "unit": UNITS.get(measure, ""), "lowest": min(known, default=None),
+                    "highest": max(known, default=None), "replicates": len(each),
+                    "not shown": len(each) - len(known), **condition,
                 })  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
 

@@ -187,7 +187,7 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     renderings = {part.declared.name: _renderings(part, study, axes, parameters) for part in parts}
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
-    asked = {name for _, name in (*claims, *measures)}
+    asked = {place for _, place, *_ in (*claims, *measures)}
     parts = [part for part in parts if models_in or part.declared.name in asked]
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
@@ -213,7 +213,8 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
         "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters, "axes": axes,
         "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
-        "measures": [{**measure.described(), "experiment": name} for measure, name in measures],
+        "measures": [{"name": name, "unit": measuring.UNITS.get(name, ""), "experiment": place}
+                     for name, place, _ in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)

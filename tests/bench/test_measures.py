@@ -31,28 +31,28 @@ def rows_of(potentials, counts=(0, 0, 0, 0)):
     ],
 )
 def test_the_peak_of_the_potential_is_where_its_mean_is_largest(potentials, value):
-    assert POTENTIAL.of(rows_of(potentials))["value"] == value
-    assert POTENTIAL.of(rows_of(potentials)[::-1])["value"] == value, "in any order of the rows"
+    assert POTENTIAL(rows_of(potentials))["value"] == value
+    assert POTENTIAL(rows_of(potentials)[::-1])["value"] == value, "in any order of the rows"
 
 
 def test_the_count_has_a_peak_of_its_own():
     rows = rows_of((0.1, 0.5, 0.8, 0.7), (0, 60, 30, 15))
-    assert COUNT.of(rows)["value"] == 6.0
+    assert COUNT(rows)["value"] == 6.0
     one = max(rows, key=lambda row: row["spikes"])  # a single trial with many spikes is not the mean
     more = {**one, "speed_cm_s": 2.0, "achieved_speed_cm_s": 2.0, "trial": 999}
-    assert COUNT.of([*rows, more])["value"] == 6.0
+    assert COUNT([*rows, more])["value"] == 6.0
 
 
 def test_what_has_no_peak_has_no_value():
     rows = rows_of((0.1, 0.5, 0.8, 0.7))
-    assert COUNT.of([{**row, "spikes": 0} for row in rows])["value"] is None
-    assert POTENTIAL.of(rows_of((-0.1, -0.5, -0.8, -0.7)))["value"] is None
+    assert COUNT([{**row, "spikes": 0} for row in rows])["value"] is None
+    assert POTENTIAL(rows_of((-0.1, -0.5, -0.8, -0.7)))["value"] is None
     off = [{**row, "achieved_speed_cm_s": 1.5 * row["speed_cm_s"]} for row in rows]
-    assert POTENTIAL.of(off)["value"] is None
+    assert POTENTIAL(off)["value"] is None
 
 
 def test_the_lowest_peak_is_of_crossings_of_an_object():
     row = {"motion": "rightward", "object": "present", "clip": "a", "seed": 0, "trough_hs": 0.0, "peak_vs": 0.0,
            "trough_vs": 0.0}  # fmt: skip
     rows = [{**row, "peak_hs": 0.3}, {**row, "clip": "b", "peak_hs": 0.2}]
-    assert PEAK.of([*rows, {**row, "object": "absent", "peak_hs": 0.01}])["value"] == 0.2
+    assert PEAK([*rows, {**row, "object": "absent", "peak_hs": 0.01}])["value"] == 0.2
