@@ -11,7 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from colias_sim.config import CameraConfig, check_tunable, needs_lamps
-from colias_sim.exposure import LAG_SDS, WHOLE, FramePlan, Render, next_exposure, plan_frame, settle
+from colias_sim.exposure import (
+    LAG_SDS,
+    WHOLE,
+    Render,
+    exposure_samples,
+    light_factor,
+    next_exposure,
+    plan_frame,
+    settle,
+)
 from colias_sim.offscreen import Offscreen
 from colias_sim.optics import Lamps, Noise, Tone, falloff, point_spread
 from colias_sim.scene import OWN_BODY_GROUP, steps_per_frame
@@ -52,8 +61,8 @@ class Frame:
 class Camera:
     """Renders one camera of a model as an OV7670 would see the scene.
 
-    `Simulation` does all of the following. A frame is exposed by the renders of ``plan``, and by the renders of
-    ``next_plan`` that are due before the next frame begins. Call `expose` for each render when it is due, then
+    `Simulation` does all of the following. A frame is exposed by its ``renders``, and by the ``next_renders`` that are
+    due before the next frame begins. Call `expose` for each render when it is due, then
     `develop`. Call `restart` to start again, and `skip` to discard a frame. A camera holds an OpenGL context: close it,
     or use it in a ``with`` statement, in the thread and process that made it.
 
@@ -88,9 +97,8 @@ class Camera:
         bright = self._lamps is not None
         self._offscreen = Offscreen(model, *render_shape(config), slots=slots_of(config), bright=bright)
         self._sensor = Sensor(self._eye, self._option, self._offscreen, config)
-        self.plan: FramePlan
-        self.next_plan: FramePlan
-        self.plan = self.next_plan = self._planned(0.0)
+        # Of this frame and the next: exposure time (ms), and physics steps from its last row's end to the frame's end.
+        self._planned = self._next_planned = self._plan(0.0)
 
     def __enter__(self) -> Camera:
         return self
@@ -101,6 +109,16 @@ class Camera:
     def close(self) -> None:
         """Free the OpenGL context."""
         self._offscreen.close()
+
+    @property
+    def renders(self) -> tuple[Render, ...]:
+        """The renders of the current frame."""
+        return plan_frame(self.config, self._steps, *self._planned)
+
+    @property
+    def next_renders(self) -> tuple[Render, ...]:
+        """The renders of the next frame, of which those with steps up to 0 are in this one."""
+        return plan_frame(self.config, self._steps, *self._next_planned)
 
     def tune(self, config: CameraConfig) -> None:
         """Use other settings from the next `restart` on, without compiling the scene again.
@@ -154,9 +172,9 @@ class Camera:
             self._lamps.look()
         if self.config.auto_exposure and self.config.ae_start == "settled":
             self._exposure_ms = settle(self.config, lambda exposure_ms: self._mean(data, exposure_ms))
-        self.plan = self.next_plan = self._planned(0.0)
+        self._planned = self._next_planned = self._plan(0.0)
         if self._sensor.bands:
-            for render in self.plan.renders:
+            for render in self.renders:
                 if render.step < 1:
                     self.expose(data, render)
             self.collect()
@@ -171,11 +189,11 @@ class Camera:
         render
             The rows of the picture, and how many equal parts of their exposure the render stands for.
         """
-        light = (self.next_plan if render.ahead else self.plan).light
         if self._lamps is None:
             self._sensor.expose(data, render)
             return
-        with self._lamps.scaled(light):
+        exposure_ms, _ = self._next_planned if render.ahead else self._planned
+        with self._lamps.scaled(light_factor(self.config, exposure_ms)):
             self._sensor.expose(data, render)
 
     def collect(self) -> None:
@@ -185,7 +203,7 @@ class Camera:
     def skip(self) -> None:
         """Discard the current frame and continue with the next. The exposure loop pauses."""
         self.discard()
-        self._turn(self.next_plan)
+        self._turn(self._next_planned)
 
     def develop(self, rng: np.random.Generator, time: float) -> Frame:
         """End the exposure: average its renders, blur, add noise, and quantise to 8 bits.
@@ -213,11 +231,12 @@ class Camera:
             cv2.convertScaleAbs(grey, dst=luma, alpha=(white - black) / 255.0, beta=black)
         # An array over immutable bytes: no model can make it writable again.
         picture = np.frombuffer(luma.tobytes(), np.uint8).reshape(luma.shape)
-        age_ms = self.plan.early_steps * 1000.0 / (self._steps * config.fps)
-        frame = Frame(picture, time, self.plan.exposure_ms, config.row_time_us, age_ms)
+        exposure_ms, early_steps = self._planned
+        age_ms = early_steps * 1000.0 / (self._steps * config.fps)
+        frame = Frame(picture, time, exposure_ms, config.row_time_us, age_ms)
         if config.auto_exposure:
             mean = float(self._metered(light).mean(dtype=np.float64))  # OpenCV's last bits depend on the array's memory
-            self._exposure_ms = next_exposure(config, self._exposure_ms, mean, self.plan.exposure_ms)
+            self._exposure_ms = next_exposure(config, self._exposure_ms, mean, exposure_ms)
         self.discard()
         # Disabled parts draw no random numbers, so that the noise of the others stays the same.
         if config.drop_probability > 0.0:
@@ -226,26 +245,24 @@ class Camera:
                 frame = self._again(self._last, time)
             self._last = frame
         if config.auto_exposure or config.jitter_ms > 0.0:
-            self._turn(self._planned(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
+            self._turn(self._plan(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
         else:
-            self._turn(self.next_plan)
+            self._turn(self._next_planned)
         return frame
 
     def discard(self) -> None:
         """Discard the current exposure."""
         self._sensor.discard()
 
-    def _planned(self, jitter_sds: float) -> FramePlan:
+    def _plan(self, jitter_sds: float) -> tuple[float, int]:
         """Plan a frame with the present exposure time; ``jitter_sds`` is the delay of its clock, in sd."""
         config = self.config
-        if config.jitter_ms == 0.0:
-            return plan_frame(config, self._steps, self._exposure_ms, 0)
         early_ms = config.jitter_ms * (LAG_SDS - min(max(jitter_sds, -LAG_SDS), LAG_SDS))
-        return plan_frame(config, self._steps, self._exposure_ms, round(early_ms * config.fps * self._steps / 1000.0))
+        return self._exposure_ms, round(early_ms * config.fps * self._steps / 1000.0)
 
-    def _turn(self, after_next: FramePlan) -> None:
+    def _turn(self, after_next: tuple[float, int]) -> None:
         """Continue with the next frame, parts of which may be exposed already."""
-        self.plan, self.next_plan = self.next_plan, after_next
+        self._planned, self._next_planned = self._next_planned, after_next
         self._sensor.turn()
 
     def _again(self, frame: Frame, time: float) -> Frame:
@@ -255,7 +272,7 @@ class Camera:
     def _mean(self, data: mujoco.MjData, exposure_ms: float) -> float:
         """Compute the mean grey of the present scene at an exposure time, with all rows at this moment."""
         assert self._lamps is not None
-        with self._lamps.scaled(plan_frame(self.config, self._steps, exposure_ms, 0).light):
+        with self._lamps.scaled(light_factor(self.config, exposure_ms)):
             if self._falloff is None and self._tone is None:
                 return self._sensor.mean(data)
             light = self._sensor.still(data)
@@ -269,7 +286,7 @@ class Camera:
 
     def _averaged(self) -> Floats:
         """Return the light of the current frame behind the lens."""
-        light = self._sensor.average(self.plan.samples)
+        light = self._sensor.average(exposure_samples(self.config, self._planned[0], self._steps))
         if self._falloff is not None:
             light *= self._falloff
         if self._kernel is None:

@@ -50,33 +50,10 @@ WHOLE = Render(0)
 """One render of the whole picture, which is all of the exposure."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class FramePlan:
-    """The plan of a frame, fixed before the frame begins.
-
-    Parameters
-    ----------
-    exposure_ms
-        Exposure time of each row.
-    light
-        Factor on the lamps' strength: gain, and exposure time if a loop controls it.
-    samples
-        Number of equal parts that each row's exposure averages.
-    early_steps
-        Physics steps from the end of the last row's exposure to the end of the frame.
-    renders
-        Its renders, in the order of their steps.
-    """
-
-    exposure_ms: float
-    light: float
-    samples: int
-    early_steps: int
-    renders: tuple[Render, ...]
-
-
 @lru_cache(maxsize=512)
-def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, early_steps: int) -> FramePlan:
+def plan_frame(
+    config: CameraConfig, steps_per_frame: int, exposure_ms: float, early_steps: int = 0
+) -> tuple[Render, ...]:
     """Plan a frame's renders.
 
     Row r of R is exposed for ``exposure_ms``, up to ``(R - 1 - r) row_time_us`` before the last row's end. A band of
@@ -95,8 +72,8 @@ def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, e
 
     Returns
     -------
-    FramePlan
-        The plan. Equal arguments give the same object.
+    tuple of Render
+        The renders, in the order of their steps.
     """
     renders = []
     for top, bottom in row_bands(config):
@@ -105,10 +82,12 @@ def plan_frame(config: CameraConfig, steps_per_frame: int, exposure_ms: float, e
         earliest = 1 - steps_per_frame if bottom else 1  # a whole picture's exposure is cut to its frame
         moments = _moments(config, steps_per_frame, exposure_ms, early_steps + before, earliest)
         renders += [Render(step, parts, top, bottom) for step, parts in Counter(moments).items()]
-    light = config.gain * (exposure_ms / config.ae_unit_ms if config.auto_exposure else 1.0)
-    samples = exposure_samples(config, exposure_ms, steps_per_frame)
-    renders.sort(key=lambda render: (render.step, render.top))
-    return FramePlan(exposure_ms, light, samples, early_steps, tuple(renders))
+    return tuple(sorted(renders, key=lambda render: (render.step, render.top)))
+
+
+def light_factor(config: CameraConfig, exposure_ms: float) -> float:
+    """Compute the factor on the lamps' strength: gain, and exposure time if a loop controls it."""
+    return config.gain * (exposure_ms / config.ae_unit_ms if config.auto_exposure else 1.0)
 
 
 def row_bands(config: CameraConfig) -> list[tuple[int, int]]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
-from colias_sim.exposure import FramePlan, Render
+from colias_sim.exposure import Render
 from colias_sim.obstacles import obstacles
 from colias_sim.pose import Pose
 from colias_sim.robot import ParkedRobot, Robot
@@ -235,8 +235,8 @@ class Simulation:
             Whether to render. The physics are the same either way.
         """
         camera = self._camera
-        plans = (camera.plan if look else None, camera.next_plan) if camera else (None, None)
-        for steps, command, renders in _events(self._steps, self._command_steps, *plans):
+        due, following = (camera.renders if look else (), camera.next_renders) if camera else ((), ())
+        for steps, command, renders in _events(self._steps, self._command_steps, due, following):
             if command and control is not None:
                 control(self.command_interval)
             if command:
@@ -256,21 +256,19 @@ class Simulation:
 
 @lru_cache(maxsize=512)
 def _events(
-    frame: int, command: int, plan: FramePlan | None, following: FramePlan | None
+    frame: int, command: int, renders: tuple[Render, ...], following: tuple[Render, ...]
 ) -> tuple[tuple[int, bool, tuple[Render, ...]], ...]:
     """Divide a frame into parts: (physics steps, whether a command precedes them, renders after them).
 
-    ``frame`` and ``command`` are the physics steps in a frame, and between two commands. The renders are those of the
-    frame's ``plan``, and those of the ``following`` frame that are due within this one.
+    ``frame`` and ``command`` are the physics steps in a frame, and between two commands. The renders are the frame's,
+    and those of the ``following`` frame that are due within this one.
     """
     commands = range(0, frame, command)
-    due = [render for render in plan.renders if render.step >= 1] if plan else []
+    due = [render for render in renders if render.step >= 1]
     due += [
-        dataclasses.replace(render, step=render.step + frame, ahead=True)
-        for render in (following.renders if following else ())
-        if render.step < 1
+        dataclasses.replace(render, step=render.step + frame, ahead=True) for render in following if render.step < 1
     ]
     due.sort(key=lambda render: render.step)
-    renders = {step: tuple(group) for step, group in groupby(due, key=lambda render: render.step)}
-    marks = sorted({*commands, *renders, frame})
-    return tuple((end - start, start in commands, renders.get(end, ())) for start, end in pairwise(marks))
+    after = {step: tuple(group) for step, group in groupby(due, key=lambda render: render.step)}
+    marks = sorted({*commands, *after, frame})
+    return tuple((end - start, start in commands, after.get(end, ())) for start, end in pairwise(marks))

@@ -21,7 +21,7 @@ from colias_sim.calibrate import (
     photon_transfer,
     transfer,
 )
-from colias_sim.exposure import next_exposure, plan_frame
+from colias_sim.exposure import exposure_samples, next_exposure, plan_frame
 from colias_sim.scene import steps_per_frame, timestep
 
 LENS = CameraConfig().forward_cm / 100
@@ -72,7 +72,7 @@ def test_an_edge_leans_by_row_time_times_speed():
 
 def test_a_row_is_read_as_many_steps_before_the_last_as_it_is_above_it():
     steps = steps_per_frame(ROLLING.fps)
-    read = {render.top: render.step for render in plan_frame(ROLLING, steps, 0.0, 0).renders}
+    read = {render.top: render.step for render in plan_frame(ROLLING, steps, 0.0)}
     assert read == {row: steps - (71 - row) for row in range(72)}
 
 
@@ -80,17 +80,17 @@ def test_each_band_is_exposed_in_its_own_window():
     """The mean moment of a band is the middle of its window, to half a physics step; the window has the exposure."""
     camera = dataclasses.replace(CameraConfig.preset("ov7670"), auto_exposure=False, exposure_ms=16.0)
     steps, step = steps_per_frame(camera.fps), timestep(camera.fps)
-    plan = plan_frame(camera, steps, 16.0, 0)
-    for top, bottom in {(render.top, render.bottom) for render in plan.renders}:
-        renders = [render for render in plan.renders if render.top == top]
-        assert sum(render.parts for render in renders) == plan.samples == 8
-        middle = sum(render.step * render.parts for render in renders) / plan.samples
+    plan = plan_frame(camera, steps, 16.0)
+    for top, bottom in {(render.top, render.bottom) for render in plan}:
+        renders = [render for render in plan if render.top == top]
+        assert sum(render.parts for render in renders) == exposure_samples(camera, 16.0, steps) == 8
+        middle = sum(render.step * render.parts for render in renders) / 8
         rows_after = 71 - (top + bottom - 1) / 2
         expected = steps - (rows_after * 418e-6 + 0.008) / step
         assert middle == pytest.approx(expected, abs=0.5)
         span = (renders[-1].step - renders[0].step) * step
         assert span == pytest.approx(0.016 * 7 / 8, abs=step)
-    assert plan.renders[0].step < 1, "its first rows are exposed before the frame before it ends"
+    assert plan[0].step < 1, "its first rows are exposed before the frame before it ends"
 
 
 def test_rows_read_one_by_one_are_a_still_scene_s_picture():
@@ -153,10 +153,10 @@ def test_no_part_of_a_short_exposure_is_shorter_than_two_physics_steps():
     """There are as many parts as that allows, and no more than ``exposure_samples``."""
     camera = CameraConfig(auto_exposure=True, exposure_samples=4)
     for steps in (0.1, 1.0, 1.9, 2.0, 3.9, 4.1, 5.9, 6.1, 7.9, 8.1, 9.9, 17.9):
-        plan = plan_frame(camera, steps_per_frame(30.0), 1000.0 * steps * timestep(30.0), 0)
-        assert plan.samples == 1 or steps / plan.samples >= 2.0
-        assert plan.samples == camera.exposure_samples or steps / (plan.samples + 1) < 2.0
-        assert sum(render.parts for render in plan.renders) == plan.samples
+        plan = plan_frame(camera, steps_per_frame(30.0), 1000.0 * steps * timestep(30.0))
+        samples = sum(render.parts for render in plan)
+        assert samples == 1 or steps / samples >= 2.0
+        assert samples == camera.exposure_samples or steps / (samples + 1) < 2.0
 
 
 # Light, saturation and noise.
