@@ -35,15 +35,15 @@ from experiments.bench.sources.episodes import short_name
 from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.sources.judge import judge as judge_rows
 from experiments.bench.stats import stored
-from experiments.bench.stats.claim import EACH_TRIAL, PAPER, claim_ids, claims_on, find_claim, texts
+from experiments.bench.stats.claim import EACH_TRIAL, PAPER, Claim, claim_ids, claims_on, find_claim, texts
 from experiments.bench.stats.count import LEAST_JUDGED, count
 from experiments.bench.stats.verdict import Outcome, Verdict
 from experiments.bench.study import WHOLE, Study, shipped
 from experiments.bench.sweep import EVERY_MODEL, Sweep
 from experiments.bench.trials import plan
 from experiments.claims import footage, model_clips
-from experiments.claims.clips import LEAST_GREYS
-from experiments.claims.models import ModelClaim, clip_claim, model_claims
+from experiments.claims.clips import LEAST_GREYS, with_model
+from experiments.claims.models import model_claims
 from experiments.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.claims.robot import FALLING, ROBOT_SPEEDS
 from experiments.clips import PER_FRAME, prefix
@@ -474,7 +474,7 @@ SEEDS = 5
 """Seeds of those clips of the models' claims in which anything is random."""
 
 
-def asked(models: Sequence[str]) -> list[tuple[ModelClaim, str]]:
+def asked(models: Sequence[str]) -> list[tuple[Claim, str]]:
     """Return the claims of models, with settings or without, each with the model's name; ``all``: those that have some.
 
     A claim names the variants of the model that it is about. Raises `UsageError` for a model whose paper has no claim.
@@ -487,14 +487,10 @@ def asked(models: Sequence[str]) -> list[tuple[ModelClaim, str]]:
             known = ", ".join(model_claims())
             raise UsageError(f"--model {name}: no claims of its own paper are written down; they are of {known}, all")
         for claim in model_claims()[base]:
-            label, than = _with(claim.model, settings), _with(claim.than, settings)
-            found.append((dataclasses.replace(claim, model=label, than=than), name))
+            for label in claim.models if settings else ():
+                claim = with_model(claim, label, f"{label}{',' if ':' in label else ':'}{settings}")
+            found.append((claim, name))
     return found
-
-
-def _with(label: str, settings: str) -> str:
-    """Add settings to a model's label."""
-    return f"{label}{',' if ':' in label else ':'}{settings}" if label and settings else label
 
 
 def judge_models(
@@ -519,15 +515,14 @@ def judge_models(
         A verdict for each claim and model, and the clips that failed.
     """
     wanted = asked(models)
-    labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in (claim.model, claim.than) if label))
-    groups = dict.fromkeys(group for claim, _ in wanted for group in claim.groups)
+    labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in sorted(claim.models)))
+    names = dict.fromkeys(name for claim, _ in wanted for name in claim.conditions.get("clip", ()))
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     thresholds: dict[str, float | None] = {}
     with pool.running():
         for name, repeats in (("even", 1), ("gratings", SEEDS)):
-            chosen = [group for group in groups if (group in model_clips.RANDOM) == (name == "gratings")]
-            clips = tuple(clip for group in chosen for clip in model_clips.GROUPS[group])
+            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in model_clips.RANDOM) == (repeats > 1))
             if clips:
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
                 part = offline.plan(shown, labels, (), None, seed, frames=False)
@@ -537,14 +532,14 @@ def judge_models(
                     rows += run.table("trials").to_dicts()
     found = []
     for claim, model in wanted:
-        asked_of, random = clip_claim(claim, claim.model, claim.than), bool({*claim.groups} & {*model_clips.RANDOM})
+        random = not model_clips.RANDOM.isdisjoint(claim.conditions.get("clip", ()))
         outcomes = []
         for repeat in range(SEEDS if random else 1):  # once, where nothing in it is random
             of_seed = [row for row in rows if row["experiment"] == "even" or row["repeat"] == repeat]
-            if claim.check == "not shown":
-                outcomes.append(Outcome.unjudged(claim.why))
-            else:
-                outcomes.append(judge_rows(asked_of, of_seed, thresholds.get(asked_of.spiking)))
-        found.append(asked_of.verdict(outcomes, random=random, model=model, experiment="clips"))
+            if claim.conditions:
+                outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
+            else:  # no clip tests it, and its judge says why
+                outcomes.append(dataclasses.replace(claim.ask(of_seed, 0.0), n=0))
+        found.append(claim.verdict(outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures

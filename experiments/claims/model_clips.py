@@ -23,10 +23,6 @@ BEHIND = (
 FAINT = 4.0
 """What the contrast of a faint grating is divided by."""
 PANNING = ("dead-leaves", "pink", "foliage", "street")
-RANDOM = (
-    "gratings", "faint-gratings", "before-grating", "grating-alone", "panning-scenes", "reverse-phi",
-)  # fmt: skip
-"""The groups whose clips differ with the seed, which chooses the phase of a grating, and makes scenes and patterns."""
 
 
 def _looming(group: str, *changes: tuple[str, Any]) -> tuple[Clip, ...]:
@@ -93,3 +89,11 @@ GROUPS: Mapping[str, tuple[Clip, ...]] = MappingProxyType(
 def names(groups: Iterable[str]) -> tuple[str, ...]:
     """The names of the clips of some groups."""
     return tuple(clip.name for group in groups for clip in GROUPS[group])
+
+
+CLIPS: Mapping[str, Clip] = {clip.name: clip for clips in GROUPS.values() for clip in clips}
+"""Every clip, by its name."""
+RANDOM = frozenset(names(
+    ("gratings", "faint-gratings", "before-grating", "grating-alone", "panning-scenes", "reverse-phi")
+))  # fmt: skip
+"""The clips that differ with the seed, which chooses the phase of a grating, and makes scenes and patterns."""

@@ -9,18 +9,18 @@ from dsnn import MODELS
 from experiments.bench.reproduce import asked, judge_models
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.workers import Workers
-from experiments.claims.model_clips import GROUPS, names
-from experiments.claims.models import ModelClaim, clip_claim, model_claims
+from experiments.claims.model_clips import CLIPS, GROUPS, names
+from experiments.claims.models import claim_on_clips, model_claims
 
 EVERY = [claim for claims in model_claims().values() for claim in claims]
 
 
-def model_claim(check, **more):
-    more = {"clips": ("dark-looming",), "bound": 1.0, **more}
-    return ModelClaim(id="GF-1", model="lplc2-gf", check=check, **more)
+def model_claim(test, **more):
+    more = {"clips": ("dark-looming",), "bound": 1.0, "measure": "spikes", **more}
+    return claim_on_clips("GF-1", "lplc2-gf", test, **more)
 
 
-def rows(numbers, model="model", column="spikes"):
+def rows(numbers, model="lplc2-gf", column="spikes"):
     """A row of each clip of some groups: group -> its clips' numbers, each over again."""
     return [
         {"model": model, "clip": name, "spikes": 0.0, "peak_looming": 0.5, column: values[i % len(values)]}
@@ -29,8 +29,8 @@ def rows(numbers, model="model", column="spikes"):
     ]
 
 
-def judged(claim, clip_rows, than=""):
-    return clip_claim(claim, "model", than).judge(pl.DataFrame(clip_rows), 0.0)
+def judged(claim, clip_rows):
+    return claim.judge(pl.DataFrame(clip_rows), 0.0)
 
 
 def test_every_claim_is_about_a_model_and_clips_that_there_are():
@@ -38,8 +38,8 @@ def test_every_claim_is_about_a_model_and_clips_that_there_are():
     assert all(2 <= len(claims) <= 4 for claims in model_claims().values())
     assert len({claim.id for claim in EVERY}) == len(EVERY)
     for claim in EVERY:
-        assert set(claim.groups) <= set(GROUPS) and clip_claim(claim, claim.model).says
-        assert claim.model.partition(":")[0] in model_claims()
+        assert set(claim.conditions.get("clip", ())) <= set(CLIPS) and claim.says
+        assert all(model.partition(":")[0] in model_claims() for model in claim.models)
 
 
 def test_every_clip_is_what_the_robot_s_camera_would_see():
@@ -79,12 +79,12 @@ def test_what_is_compared_with_another_model_takes_that_model_s_rows():
     for theirs, verdict in ((0.9, "holds"), (0.6, "fails")):
         clip_rows = rows({"dark-looming": [0.6]}, column="peak_looming")
         clip_rows += rows({"dark-looming": [theirs]}, "other", "peak_looming")
-        assert judged(claim, clip_rows, "other").verdict == verdict
+        assert judged(claim, clip_rows).verdict == verdict
 
 
 def test_the_way_is_that_of_the_strongest_potential():
     claim = model_claim("way", measure="way", clips=("translating",))
-    row = {"model": "model", "clip": names(("translating",))[0], "motion": "rightward",
+    row = {"model": "lplc2-gf", "clip": names(("translating",))[0], "motion": "rightward",
            "peak_hs": 0.3, "trough_hs": -0.1, "peak_vs": 0.2, "trough_vs": 0.0}  # fmt: skip
     assert judged(claim, [row]).verdict == "holds"
     assert judged(claim, [{**row, "trough_hs": -0.4}]).verdict == "fails"
@@ -95,8 +95,9 @@ def test_the_way_is_that_of_the_strongest_potential():
 
 def test_settings_go_to_every_variant_of_a_model():
     variants = [claim for claim, _ in asked(["si-lgmd1:preset=firmware", "lplc2-gf"])]
-    assert {claim.than for claim in variants} == {"", "si-lgmd1:beta_3=0,preset=firmware"}
-    assert {claim.model for claim in variants} == {"si-lgmd1:preset=firmware", "lplc2-gf", "lplc2-gf:fps=100"}
+    assert set.union(*(set(claim.models) for claim in variants)) == {
+        "si-lgmd1:preset=firmware", "si-lgmd1:beta_3=0,preset=firmware", "lplc2-gf", "lplc2-gf:fps=100",
+    }  # fmt: skip
     assert {name for _, name in asked(["all"])} == set(model_claims())
     with pytest.raises(UsageError, match="--model emd: no claims"):
         asked(["emd"])
