@@ -145,7 +145,7 @@ def content_of(models: Sequence[ConfiguredModel]) -> Any:
     """Return what the recording of footage has."""
     from experiments.bench.run import record as rerun
 
-    return rerun.Content(tuple(map(rerun.Model.of, models)), eyes=("",))
+    return rerun.Content(tuple(map(rerun.RecordedModel.of, models)), eyes=("",))
 
 
 @contextmanager

@@ -303,7 +303,7 @@ def record(trial: LogTrial, showings: Sequence[Showing], rows: Sequence[Mapping[
     images = {"": np.stack([sample.image for sample in showing.samples])} if trial.frames else {}
     by_model = {model.label: series for model, series in shown}
     frames = rerun.Frames(truth["sim_time_s"].to_numpy(), np.arange(truth.height), by_model, images)
-    content = rerun.Content(tuple(rerun.Model.of(model) for model, _ in shown), tuple(images))
+    content = rerun.Content(tuple(rerun.RecordedModel.of(model) for model, _ in shown), tuple(images))
     origin = rows[0][COLUMN]
     values = {"experiment": trial.experiment, "trial": trial.index, COLUMN: origin, **trial.condition.columns()}
     digest = hashlib.blake2s(trial.rows.write_csv().encode(), digest_size=6).hexdigest()

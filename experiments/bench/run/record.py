@@ -60,7 +60,7 @@ MOST_LANES = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class RecordedModel:
     """A model whose responses are recorded.
 
     Parameters
@@ -78,7 +78,7 @@ class Model:
     thresholds: tuple[tuple[str, float | None], ...] = ()
 
     @classmethod
-    def of(cls, model: ConfiguredModel) -> Model:
+    def of(cls, model: ConfiguredModel) -> RecordedModel:
         """Return a configured model as recordings have it."""
         return cls(model.label, model.channels, tuple(model.thresholds.items()))
 
@@ -123,7 +123,7 @@ class Content:
         Whether the whole arena is seen from above; otherwise the observer from behind.
     """
 
-    models: tuple[Model, ...] = ()
+    models: tuple[RecordedModel, ...] = ()
     eyes: tuple[str, ...] = ()
     camera: CameraConfig | None = None
     scene: SceneConfig | None = None
@@ -274,7 +274,7 @@ def static(content: Content) -> tuple[Chunk, ...]:
     return tuple(chunks)
 
 
-def _looks_of_series(model: Model, models: Sequence[Model]) -> list[Chunk]:
+def _looks_of_series(model: RecordedModel, models: Sequence[RecordedModel]) -> list[Chunk]:
     """Return a model's series as they look: the colour of the figures for its first channel, shades for the others."""
     tint, root, chunks = rgb(colours(other.label for other in models)[model.label]), model_entity(model.label), []
     for place, channel in enumerate(model.spiking):
@@ -458,13 +458,13 @@ def _world(content: Content) -> rrb.Spatial3DView:
     )  # fmt: skip
 
 
-def _lanes(models: Sequence[Model]) -> Any:
+def _lanes(models: Sequence[RecordedModel]) -> Any:
     """Return a lane for each model: potentials, and beside them spikes and azimuth; in columns if many."""
     columns = -(-len(models) // MOST_LANES)
     return rrb.Grid(*(_lane(model, legend=columns == 1) for model in models), grid_columns=columns)
 
 
-def _lane(model: Model, *, legend: bool) -> Any:
+def _lane(model: RecordedModel, *, legend: bool) -> Any:
     place, name = f"/{model_entity(model.label)}", model.label
     potentials = [f"{place}/{channel}" for channel in model.spiking]
     lowest = -0.05 if model.spiking == ["looming"] else -1.05

@@ -259,7 +259,7 @@ def record(trial: Trial, showings: Sequence[Showing], _rows: Sequence[Mapping[st
     # Rerun holds a name to the first type it has in a process: two stimuli may have one as int and as float.
     settings = {**asdict(stimulus.params), "seed": stimulus.seed}
     shown = rr.DynamicArchetype(type(stimulus.params).__name__, components=settings)
-    content = rerun.Content(tuple(rerun.Model.of(model) for model, _ in showing.series()), eyes=("",))
+    content = rerun.Content(tuple(rerun.RecordedModel.of(model) for model, _ in showing.series()), eyes=("",))
     identity = f"{trial.experiment}-{trial.index}-{trial.seed}"
     return rerun.write(content, frames, trial.condition.name, identity, {"stimulus": shown}, boxes)
 

@@ -190,10 +190,10 @@ class Episode:
         return interval_s * np.arange(1.0, len(self.rewards) + 1.0)
 
     @property
-    def model(self) -> rerun.Model:
+    def model(self) -> rerun.RecordedModel:
         """The vision model as recordings have it, where there are responses."""
         model: Any = self._env.model
-        return rerun.Model(model.name, tuple(model.channels), tuple(model.thresholds.items()))
+        return rerun.RecordedModel(model.name, tuple(model.channels), tuple(model.thresholds.items()))
 
     def row(self) -> dict[str, Any]:
         """Return the episode as a row of `EPISODES`, without its number."""

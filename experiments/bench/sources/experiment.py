@@ -393,21 +393,12 @@ class Egomotion(Crossings):
         return self.each([*turns, *({"observer_speed_cm_s": drive} for drive in self.drives_cm_s if drive)])
 
 
-@dataclass(frozen=True)
-class Listed:
-    """A design that is a list of conditions.
-
-    Parameters
-    ----------
-    listed
-        The conditions.
-    pose_sd_mm, heading_sd_deg
-        Errors of the stimulus's start pose.
-    """
+@parameters
+class Listed(Placed):
+    """A design that is a list of conditions."""
 
     listed: tuple[Condition, ...]
-    pose_sd_mm: float = 1.0
-    heading_sd_deg: float = 1.0
+    """The conditions."""
 
     def conditions(self) -> tuple[Condition, ...]:
         """List its conditions.

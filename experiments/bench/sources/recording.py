@@ -14,7 +14,7 @@ from dsnn import ResponseSeries
 from dsnn.model import MAP_SCALES
 from experiments.bench.run import record as rerun
 from experiments.bench.run.play import Showing
-from experiments.bench.run.record import Colour, Content, Frames, Model
+from experiments.bench.run.record import Colour, Content, Frames, RecordedModel
 from experiments.bench.sources.course import obstacles
 from experiments.bench.sources.robot import RobotTrial, scene_of
 from scenes import ARENAS
@@ -42,7 +42,7 @@ def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mappin
     # Equal for equal trials alone: the viewer merges recordings of one identity.
     digest = hashlib.blake2s(repr(trial).encode(), digest_size=6).hexdigest()
     return rerun.write(
-        content(trial, seen, (Model.of(model) for model, _ in shown.values())), seen, title(trial),
+        content(trial, seen, (RecordedModel.of(model) for model, _ in shown.values())), seen, title(trial),
         f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.known(properties)},
     )  # fmt: skip
 
@@ -52,7 +52,7 @@ def title(spec: RobotTrial) -> str:
     return f"{spec.index:04d} {spec.label()}, repeat {spec.repeat}"
 
 
-def content(spec: RobotTrial, seen: Frames, models: Iterable[Model]) -> Content:
+def content(spec: RobotTrial, seen: Frames, models: Iterable[RecordedModel]) -> Content:
     """Return what the recording of a trial has."""
     scene = scene_of(spec.condition, spec.settings)
     exposure = [

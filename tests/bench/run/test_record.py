@@ -19,7 +19,7 @@ from experiments.bench.report.viewer import program
 from experiments.bench.run.record import (
     Content,
     Frames,
-    Model,
+    RecordedModel,
     model_entity,
     outlines,
     rgb,
@@ -31,7 +31,10 @@ COUNTS = np.array([0, 2, 0, -1, 0])
 BOTH = (("hs", 0.16), ("vs", 0.16))
 SERIES = ResponseSeries.from_responses([Response(0.1, -0.2, int(n), int(-n), None, 0.6, 1, 0.5) for n in COUNTS])
 CONTENT = Content(
-    tuple(Model(label, ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7))) for label in (*MODELS, "a/b@c")),
+    tuple(
+        RecordedModel(label, ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7)))
+        for label in (*MODELS, "a/b@c")
+    ),
     eyes=("",),
 )
 
