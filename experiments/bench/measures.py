@@ -173,7 +173,7 @@ def chosen(
         A measure is not known, none of the experiments gives it at all points, or no model responds by ``hs``.
     """
     found: list[Measure] = []
-    giving: list[Measure]
+    giving: Sequence[Measure]
     for name in dict.fromkeys(wanted):
         if name not in MEASURES:
             raise UsageError(f"--measure {name}: unknown measure; known are {', '.join(MEASURES)}")
