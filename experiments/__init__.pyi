@@ -5,7 +5,6 @@ from .bench.api import run as run
 from .bench.api import sweep as sweep
 from .bench.behave import score as score
 from .bench.compare import compare as compare
-from .bench.fit import Fitted as Fitted
 from .bench.result import Run as Run
 from .bench.result import load as load
 from .bench.result import runs as runs
@@ -55,7 +54,6 @@ __all__ = [
     "Egomotion",
     "Experiment",
     "Fit",
-    "Fitted",
     "General",
     "Leg",
     "OfflineExperiment",

@@ -206,7 +206,7 @@ def fit(
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
-) -> fits.Fitted:
+) -> Run:
     """Search a box of parameters for settings under which all claims hold.
 
     The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
@@ -230,8 +230,8 @@ def fit(
 
     Returns
     -------
-    Fitted
-        The scores of all settings, the winner judged again, and the result in sentences.
+    Run
+        Its ``summary`` has the scores of all settings, ``anew`` the best judged again, ``fitted`` the result.
 
     Raises
     ------
@@ -243,8 +243,8 @@ def fit(
     --------
     >>> from experiments import Fit, Study, fit
     >>> threshold = Study("threshold", "C14 and C15 at some threshold", claims=("C14", "C15"))
-    >>> fitted = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
-    >>> print(*fitted.sentences, sep="\\n")
+    >>> run = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
+    >>> print(*run.fitted["sentences"], sep="\\n")
     """
     asked = shipped(fit) if isinstance(fit, str) else fit
     if not isinstance(asked, Fit):

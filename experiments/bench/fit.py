@@ -9,7 +9,7 @@ import importlib.util
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ import polars as pl
 
 from experiments.bench import registry, sweep, sweep_plan
 from experiments.bench.grid import apart, take
+from experiments.bench.result import Run, load
 from experiments.bench.run.description import begin_whole, begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
@@ -251,50 +252,6 @@ def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.D
     return pl.DataFrame(rows, infer_schema_length=None)
 
 
-# The result.
-
-
-@dataclass(frozen=True)
-class Fitted:
-    """The result of a fit.
-
-    Parameters
-    ----------
-    settings
-        The settings searched and those of the even sample, a row each: ``of``, ``number``, their values, and how they
-        scored.
-    anew
-        The settings judged again, a row for each and each claim, the winner's first.
-    winner
-        The best setting as the search saw it.
-    word
-        The verdict on the winner: ``fitted``, ``not fitted``, or ``no word`` where too few replicates judged it again.
-    share
-        The count of the sample's settings in which every claim is kept: the share of the box.
-    luck
-        By how much the search promised too much of its winner: its slack there less that at fresh seeds.
-    importance
-        Parameter -> its share of what varies in the slack.
-    looks
-        Number of times that settings were judged at the fresh seeds, this one included.
-    sentences
-        The result in sentences.
-    failures
-        Everything that failed.
-    """
-
-    settings: pl.DataFrame
-    anew: pl.DataFrame
-    winner: Setting
-    word: str
-    share: Count
-    luck: float
-    importance: Mapping[str, float]
-    looks: int
-    sentences: Sequence[str]
-    failures: Sequence[Mapping[str, Any]] = ()
-
-
 # Running it.
 
 
@@ -318,7 +275,7 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
     return box, outside
 
 
-def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Fitted:
+def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
     """Run what a fit's folder lacks, and write its tables and figure.
 
     Parameters
@@ -331,6 +288,11 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Fitted:
         The fit's folder: a new one, or one that holds a part of this fit. More settings may be searched than before.
     pool
         Workers, or a cluster.
+
+    Returns
+    -------
+    Run
+        Its `Run.summary` has the scores of all settings, `Run.anew` the best judged again, `Run.fitted` the result.
 
     Raises
     ------
@@ -398,15 +360,14 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Fitted:
              f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
              " the box",
              f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip
-    fitted = Fitted(pl.concat([found, filled]), rows, winner, word, share, luck, importance(search), looks, lines,
-                    failures)  # fmt: skip
     files = Files(out)
-    files.write_rows("fit.csv", fitted.settings.to_dicts())
+    files.write_rows("fit.csv", pl.concat([found, filled]).to_dicts())
     files.write_rows("anew.csv", rows.to_dicts())
     files.write_json("fit.json", {
         "fit": fit.study.name, "summary": fit.study.summary, "sentences": lines, "winner": winner, "word": word,
         "share": {"kept": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
-        "looks": looks, "importance": fitted.importance, "failures": failures,
+        "looks": looks, "importance": importance(search), "failures": failures,
     })  # fmt: skip
-    style.save(report.draw(fitted), out / "fit")
-    return fitted
+    done = load(out)
+    style.save(report.draw(done), out / "fit")
+    return done

@@ -41,7 +41,7 @@ COMPARISONS = columns_of(Condition) | {
     "model": str, "against": str, "n": int, "mean_difference": float, "rank_biserial": float, "test": str, "p": float,
     "p_holm": float,
 }  # fmt: skip
-NUMBERS = columns_of(Summary) | COMPARISONS
+NUMBERS = columns_of(Summary) | COMPARISONS | {"low": float, "high": float}
 """Types of columns that can be empty in every row of a CSV file."""
 CLAIM_SCHEMA = pl.Schema(
     {
@@ -125,6 +125,23 @@ class Run:
         if self.kind in ("trials", "measured") and not (self.folder / "comparisons.csv").is_file():
             return pl.DataFrame(schema=pl.Schema(COMPARISONS))
         return self._csv("comparisons.csv")
+
+    @cached_property
+    def anew(self) -> pl.DataFrame:
+        """Of a fit, the settings judged again, a row for each and each claim, the winner's first."""
+        return self._csv("anew.csv")
+
+    @cached_property
+    def fitted(self) -> Mapping[str, Any]:
+        """Of a fit, its result, as ``fit.json`` has it; empty in other runs.
+
+        ``winner``: the best setting as the search saw it. ``word``: the verdict on it: ``fitted``, ``not fitted``, or
+        ``no word`` where too few replicates judged it again. ``share``: in how many settings of the even sample every
+        claim is kept. ``luck``: the winner's slack in the search less that at fresh seeds. ``looks``: number of times
+        that settings were judged at these. ``importance``: parameter -> its share of what varies in the slack.
+        ``sentences``: all that in words. ``failures``: everything that failed.
+        """
+        return self._json("fit.json") or {}
 
     @cached_property
     def excitations(self) -> pl.DataFrame:

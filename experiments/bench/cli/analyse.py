@@ -167,10 +167,10 @@ def fit(
                       replicates=replicates)  # fmt: skip
         asked = Fit(study, tuple(over or ()), **given)
     folder = options.results_folder(out, asked.study.name)
-    fitted = fits.run(asked, seed, folder, options.pool(workers, cluster, quiet))
+    run = fits.run(asked, seed, folder, options.pool(workers, cluster, quiet))
     if not quiet:
-        report.show(fitted, folder)
-    return options.EXIT_FAILED if fitted.failures else 0
+        report.show(run)
+    return options.EXIT_FAILED if run.fitted["failures"] else 0
 
 
 def leaderboard(
