@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
+from experiments.bench.run.models import counted_channel
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.judge import judge
 from experiments.bench.sources.robot import RobotTrial
@@ -35,19 +36,21 @@ class Replicate:
     lost
         (experiment, model) -> how many of its trials have no row, as they failed; 0 of none.
     thresholds
-        Each model's spiking threshold.
-    looming
-        The threshold of each model's looming detector, of those that have one.
+        Model -> channel -> its spiking threshold.
     """
 
     rows: tuple[Row, ...]
     lost: Mapping[tuple[str, str], int]
-    thresholds: Mapping[str, float | None]
-    looming: Mapping[str, float | None] = field(default_factory=dict)
+    thresholds: Mapping[str, Mapping[str, float | None]]
 
     def of(self, model: str) -> list[Row]:
         """Return the rows of one model."""
         return [row for row in self.rows if row["model"] == model]
+
+    def threshold(self, model: str) -> float | None:
+        """Return the threshold of a model's counted channel; ``None`` without one."""
+        levels = self.thresholds.get(model, {})
+        return levels.get(counted_channel(levels))
 
 
 def replicate(specs: Sequence[RobotTrial], rows: Sequence[Row]) -> Replicate:
@@ -55,9 +58,8 @@ def replicate(specs: Sequence[RobotTrial], rows: Sequence[Row]) -> Replicate:
     planned = {(spec.experiment, spec.index, model.label): model for spec in specs for model in spec.settings.models}
     by_trial = {(row["experiment"], row["trial"], row["model"]): row for row in rows}
     lost = Counter((experiment, model) for experiment, index, model in planned.keys() - by_trial.keys())
-    thresholds = {model.label: model.threshold for model in planned.values()}
-    looming = {model.label: model.thresholds["looming"] for model in planned.values() if "looming" in model.thresholds}
-    return Replicate(tuple(by_trial[key] for key in planned if key in by_trial), lost, thresholds, looming)
+    thresholds = {model.label: model.thresholds for model in planned.values()}
+    return Replicate(tuple(by_trial[key] for key in planned if key in by_trial), lost, thresholds)
 
 
 def asked_models(experiment: Experiment) -> tuple[str, ...]:
@@ -78,7 +80,7 @@ def judged(claim: Claim, trials: Replicate, place: str) -> Outcome:
 def of_models(claim: Claim, trials: Replicate, place: str) -> Outcome:
     """Judge a claim that names its models in one replicate. It is not judged where any of what it needs failed."""
     rows = [row for row in trials.rows if row["experiment"] == place]
-    result = judge(claim, rows, trials.thresholds.get(claim.spiking), trials.rows if claim.on == "clips" else None)
+    result = judge(claim, rows, trials.threshold(claim.spiking), trials.rows if claim.on == "clips" else None)
     return _unless_lost(result, sum(trials.lost.get((place, model), 0) for model in claim.models), place)
 
 
@@ -89,10 +91,11 @@ def of_model(claim: Claim, trials: Replicate, model: str, place: str) -> Outcome
     """
     if model not in trials.thresholds:
         return Outcome.unjudged(f"{model} was not shown")
-    rows_of_model, threshold = trials.of(model), trials.thresholds[model]
-    if claim.about == "looming" and trials.looming.get(model) is not None:
+    rows_of_model, threshold = trials.of(model), trials.threshold(model)
+    looming = trials.thresholds[model].get("looming")
+    if claim.about == "looming" and looming is not None:
         rows_of_model = [{**row, "spikes": row.get("looming_spikes", row["spikes"])} for row in rows_of_model]
-        threshold = trials.looming[model]
+        threshold = looming
     places = places_of(claim, place, {row["experiment"] for row in rows_of_model})
     rows = [row for row in rows_of_model if row["experiment"] in places]
     lost = {name: trials.lost[name, model] for name in places if trials.lost.get((name, model))}

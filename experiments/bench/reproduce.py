@@ -403,7 +403,7 @@ def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
     """Judge each claim about the robot on the trials of all replicates together."""
     rows = tuple(row for part in every for row in part.rows)
     lost = sum((Counter(part.lost) for part in every), Counter[tuple[str, str]]())
-    together = Replicate(rows, lost, every[0].thresholds, every[0].looming)
+    together = Replicate(rows, lost, every[0].thresholds)
     return {claim: judge(claim, together) for claim in claim_ids(PAPER) if _about_the_robot(claim)}
 
 
@@ -450,7 +450,7 @@ def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
     """Judge a claim on the variant of ensembles whose delays fall with spacing, at the paper's speeds."""
     rows = [row for row in trials.of(FALLING) if row["experiment"] == "ensembles"]
     rows = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
-    outcome = judge_rows(claim, rows, trials.thresholds.get(FALLING))
+    outcome = judge_rows(claim, rows, trials.threshold(FALLING))
     lost = trials.lost.get(("ensembles", FALLING), 0)
     return outcome.withheld(f"{lost} trial{'s' * (lost != 1)} failed") if lost else outcome
 

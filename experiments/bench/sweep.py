@@ -228,9 +228,8 @@ def read(plan: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Mapp
                         there = by_trial.get((trial, model.label), ())
                         own += ({**row, "model": name} for row in there)
                         lost[experiment, name] += not there
-            thresholds = {name: model.threshold for name, model in models.items()}
-            looming = {name: model.thresholds.get("looming") for name, model in models.items()}
-            found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds, looming))
+            thresholds = {name: model.thresholds for name, model in models.items()}
+            found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds))
     return dataclasses.replace(plan, replicates=found, failures=failures)
 
 

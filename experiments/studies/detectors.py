@@ -89,8 +89,9 @@ def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
     for point, model in result.judged:
         arena, rows = point[0][1], result.rows(point, model)
         at = [held(rows, pl.col("frames_above").list.get(index)) for index in range(len(THRESHOLDS))]
+        first, *_ = result.replicates[point, model]
         found.append({
-            "arena": arena, "detector": model, "threshold": result.replicates[point, model][0].looming[model],
+            "arena": arena, "detector": model, "threshold": first.thresholds[model]["looming"],
             "held": sum(outcome.verdict == "holds" for outcome in result.outcomes[point, model, CLAIM]),
             "held by the rule": held(rows, pl.col("collision_frames")),
             "spikes at 0, 15, 30": means(rows, pl.col("looming_spikes")), "peak potential": means(rows, peak),

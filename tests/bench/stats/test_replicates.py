@@ -209,5 +209,5 @@ def test_a_looming_claim_of_a_model_that_tells_direction_too_is_judged_by_its_lo
     claim = Claim(id="mine", says="-", about="looming",
                   judge=lambda rows, threshold: asked.append((rows[0]["spikes"], threshold)) or [])  # fmt: skip
     row = {**translation(99), "model": "both", "experiment": "general", "looming_spikes": 2}
-    of_model(claim, Replicate((row,), {}, {"both": 0.2}, {"both": 0.7}), "both", "general")
+    of_model(claim, Replicate((row,), {}, {"both": {"hs": 0.2, "looming": 0.7}}), "both", "general")
     assert asked == [(2, 0.7)]
