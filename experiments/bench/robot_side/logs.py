@@ -226,10 +226,6 @@ class LogTrial(Trial):
         models = [logged(m, rows[(m.label,)]) if m.label in self.unknown else m for m in self.models]
         yield "", self, models
 
-    def frame_rates(self) -> Iterator[tuple[ConfiguredModel, float]]:
-        """Return each model with the log's frame rate, 1/s."""
-        return ((model, self.fps) for model in self.models)
-
     def __iter__(self) -> Iterator[Sample]:
         """Yield the frames, blank ones where nobody kept them, with the poses that a tracker has told."""
         rows = self.shown.to_dicts()
@@ -317,8 +313,6 @@ MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({of_rows.COLUMN: str})
 SHOWN_FRAMES = "@frames"
 """Ends the label of a model that is shown the frames, where the robot's own has that name."""
 LOG, FRAMES = "log.csv", "frames"
-SHOWN_GAPS = 3
-"""Gaps in the frames of a trial that a note names."""
 LEAST_FPS = 0.5
 """Slowest rate of a log's frames, 1/s: below, ``time_s`` is in another unit than seconds."""
 
@@ -399,15 +393,13 @@ def plan(
 
 
 def lacking(trial: LogTrial) -> tuple[int, str]:
-    """Return how many frames a log lacks inside a trial, by their times, and a note that says where; empty of none."""
+    """Return how many frames a log lacks inside a trial, by their times, and a note about them; empty of none."""
     times = trial.shown[TIME].to_numpy()
     lost = np.rint(np.diff(times) * trial.fps).astype(int) - 1  # -1 where a late time stamp is made up for
-    gaps = [f"from {times[i]:.2f} s to {times[i + 1]:.2f} s" for i in np.flatnonzero(lost > 0)]
     if (number := int(lost.sum())) <= 0:
         return 0, ""
-    where = ", ".join([*gaps[:SHOWN_GAPS], *(["..."] if len(gaps) > SHOWN_GAPS else [])])
-    return number, (f"trial {trial.index} lacks {count(number, 'frame')} at {trial.fps:.3g} frames/s ({where}):"
-                    " spikes of these frames are not counted")  # fmt: skip
+    return number, (f"trial {trial.index} lacks {count(number, 'frame')} at {trial.fps:.3g} frames/s, the first after"
+                    f" {times[lost.argmax()]:.2f} s: spikes of these frames are not counted")  # fmt: skip
 
 
 def _check(path: Path, trial: LogTrial) -> None:

@@ -122,10 +122,10 @@ class Trial:
         """Return the condition as tables and messages name it."""
         return str(self.condition.label())
 
-    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Return each model with the rate of the frames that it is shown, 1/s."""
-        rate = self.condition.open(self.seed).fps
-        return ((model, rate) for model in self.models)
+    @property
+    def fps(self) -> float:
+        """Rate of the frames that its models are shown, 1/s."""
+        return float(self.condition.open(self.seed).fps)
 
 
 class ModelRunner:

@@ -93,7 +93,7 @@ class Batch(Generic[AnyTrial]):
                 error_console.print(f"{self.name}: {len(self.specs)} {self.things}, {how}, {place}")
                 if note := forms.note():
                     error_console.print(f"note: {note}")
-            for note in rate_notes(pair for spec in self.specs for pair in spec.frame_rates()):  # quiet or not
+            for note in rate_notes((model, spec.fps) for spec in self.specs for model in spec.models):  # quiet or not
                 error_console.print(f"note: {note}")
             whole = sum(map(self.size, left))
             with progress(self.name, len(left), pool.quiet, self.things, whole=whole) as advance:

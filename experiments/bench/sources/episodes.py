@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +26,7 @@ from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.run import record as rerun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import replacing
-from experiments.bench.run.models import ConfiguredModel, beside
+from experiments.bench.run.models import beside
 from experiments.bench.run.play import FIELDS, FRAMES, Trial
 from experiments.bench.run.rows import JOB, OBSERVER
 from experiments.bench.run.streams import stream
@@ -62,9 +62,10 @@ class EpisodeTrial(Trial):
         """Return the behaviour's name or path."""
         return str(self.condition)
 
-    def frame_rates(self) -> Iterable[tuple[ConfiguredModel, float]]:
-        """Return its behaviour's vision model with the env's frame rate, 1/s."""
-        return ((model, FPS) for model in self.models)
+    @property
+    def fps(self) -> float:
+        """The env's frame rate, 1/s."""
+        return FPS
 
 
 def load_behaviour(source: str) -> Behaviour:

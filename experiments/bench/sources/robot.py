@@ -75,9 +75,10 @@ class RobotTrial(Trial):
         for eye, models in by_eye.items():
             yield eye, RobotSource(self, camera(self.settings, eye)), models
 
-    def frame_rates(self) -> Iterator[tuple[ConfiguredModel, float]]:
-        """Return each model with the camera's frame rate, 1/s."""
-        return ((model, self.settings.camera.fps) for model in self.models)
+    @property
+    def fps(self) -> float:
+        """The camera's frame rate, 1/s."""
+        return self.settings.camera.fps
 
 
 def trial_seed(seed: int, index: int) -> int:
