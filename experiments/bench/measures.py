@@ -113,9 +113,9 @@ def mean_spikes(rows: Rows) -> Number:
     spikes = [row["spikes"] for row in rows if row["spikes"] is not None]
     if not spikes:
         return {"value": None, "n": len(rows)}
-    summary = summarise(spikes, 0.0)
-    ends = {"ci_low": known(summary.ci_low), "ci_high": known(summary.ci_high)}
-    return {"value": summary.mean, "n": len(rows), **ends}
+    score = summarise(spikes, 0.0)
+    ends = {"ci_low": known(score.low), "ci_high": known(score.high)}
+    return {"value": score.value, "n": len(rows), **ends}
 
 
 SPIKES = "spikes"

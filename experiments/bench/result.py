@@ -25,7 +25,7 @@ from experiments.bench.run.rows import FAILURE, columns_of, table
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.excitation import without_parts
 from experiments.bench.stats import stored
-from experiments.bench.stats.tests import Summary
+from experiments.bench.stats.tests import SUMMARY
 from experiments.bench.stats.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ COMPARISONS = columns_of(Condition) | {
     "model": str, "against": str, "n": int, "mean_difference": float, "rank_biserial": float, "test": str, "p": float,
     "p_holm": float,
 }  # fmt: skip
-NUMBERS = columns_of(Summary) | COMPARISONS | {"low": float, "high": float}
+NUMBERS = SUMMARY | COMPARISONS | {"low": float, "high": float}
 """Types of columns that can be empty in every row of a CSV file."""
 CLAIM_SCHEMA = pl.Schema(
     {

@@ -82,9 +82,9 @@ def means_text(groups: ByLevel, unit: str) -> str:
     """Return the mean of each group with its 95 % interval, if there is one, in words."""
     texts = []
     for level, values in groups.items():
-        summary = summarise(values, 0.0)
-        interval = f" [{summary.ci_low:.1f}, {summary.ci_high:.1f}]" if is_number(summary.ci_low) else ""
-        texts.append(f"{level:g} {unit}: {summary.mean:.1f}{interval}")
+        mean = summarise(values, 0.0)
+        interval = f" [{mean.low:.1f}, {mean.high:.1f}]" if is_number(mean.low) else ""
+        texts.append(f"{level:g} {unit}: {mean.value:.1f}{interval}")
     return f"mean spikes at {', '.join(texts)}"
 
 

@@ -67,18 +67,18 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], along: str,
     summaries, count = [summarise(values) for values in samples], len(levels)
     exact = [len(values) < LEAST_FOR_INTERVAL for values in samples]
     if count == 1:
-        between = "" if exact[0] else " [{0.ci_low:.3g}, {0.ci_high:.3g}]"
-        return f"is {{0.mean:.3g}}{between}".format(*summaries)
+        between = "" if exact[0] else " [{0.low:.3g}, {0.high:.3g}]"
+        return f"is {{0.value:.3g}}{between}".format(*summaries)
     if not any(map(any, samples)):
         return "is 0 throughout"
-    low, high = ([one.mean if known else getattr(one, end) for one, known in zip(summaries, exact, strict=True)]
-                 for end in ("ci_low", "ci_high"))  # fmt: skip
+    low, high = ([one.value if known else getattr(one, end) for one, known in zip(summaries, exact, strict=True)]
+                 for end in ("low", "high"))  # fmt: skip
     above = np.greater.outer(low, high)
     words, ends = isinstance(levels[0], str), []
     for verb, beyond in (("rises", above.T), ("falls", above)):
         if not words and np.diagonal(beyond, 1).all():
             return f"{verb} with {along}"
-    means = [summary.mean for summary in summaries]
+    means = [summary.value for summary in summaries]
     for word, beyond, end in (("largest", above, int(np.argmax(means))), ("least", above.T, int(np.argmin(means)))):
         alike = [level_text(level, of) for level, less in zip(levels, beyond[end], strict=True) if not less]
         if len(alike) <= min(2, count // 2):

@@ -172,9 +172,9 @@ def means(
         A colour for the trials of each place; otherwise they are open dots in the line's colour.
     """
     summaries = [summarise(values) for values in samples]
-    axes.plot(x, [summary.mean for summary in summaries], marker, ls=line, lw=1.0, ms=3.0, color=colour,
+    axes.plot(x, [summary.value for summary in summaries], marker, ls=line, lw=1.0, ms=3.0, color=colour,
               label=name or None, zorder=3)  # fmt: skip
-    known = [(place, one.ci_low, one.ci_high) for place, one in zip(x, summaries, strict=True) if one.n >= 3]
+    known = [(place, one.low, one.high) for place, one in zip(x, summaries, strict=True) if one.n >= 3]
     if known:
         at, low, high = zip(*known, strict=True)
         axes.plot([at, at], [low, high], color=colour, lw=1.2, solid_capstyle="butt", zorder=3)  # legends avoid lines

@@ -34,7 +34,8 @@ def mean(rows: pl.DataFrame, column: str) -> Score | None:
 
     The interval keeps to what the column can be: the mean of shares is at most 1.
     """
-    return _mean(rows[column].drop_nulls().to_list(), *(COLUMNS[column].ends if column in COLUMNS else ()))
+    values = rows[column].drop_nulls().to_list()
+    return summarise(values, *(COLUMNS[column].ends if column in COLUMNS else ())) if values else None
 
 
 def mean_difference(first: pl.DataFrame, second: pl.DataFrame, column: str) -> Score | None:
@@ -43,17 +44,9 @@ def mean_difference(first: pl.DataFrame, second: pl.DataFrame, column: str) -> S
     Episodes of equal seed are in equal worlds, so what differs between worlds cancels in their difference. ``None``
     where no seed has both.
     """
-    sides = (rows.select("seed", column).drop_nulls() for rows in (first, second))
-    one, other = sides
+    one, other = (rows.select("seed", column).drop_nulls() for rows in (first, second))
     both = one.join(other, on="seed", suffix="_other").sort("seed")
-    return _mean((both[column] - both[f"{column}_other"]).to_list())
-
-
-def _mean(values: Sequence[float], *ends: float) -> Score | None:
-    if not values:
-        return None
-    summary = summarise(values, *ends)
-    return Score(summary.mean, summary.ci_low, summary.ci_high, summary.n)
+    return summarise((both[column] - both[f"{column}_other"]).to_list()) if both.height else None
 
 
 def collisions(rows: pl.DataFrame) -> int:

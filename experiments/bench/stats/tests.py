@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,16 +35,35 @@ Floats = npt.NDArray[np.float64]
 Whole = npt.NDArray[np.int64]
 
 
-@dataclass(frozen=True, slots=True)
-class Summary:
-    """Sample size, location, spread, 95 % interval of the mean; of one value no spread, of two no interval: NaN."""
+PLACES = 4
+"""Decimal places that are shown: a gain of 0.00001 is 0 to anybody who reads it."""
 
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """A measured value and its 95 % interval; NaN where there is nothing to tell.
+
+    Attributes
+    ----------
+    value, low, high
+        The value, and the ends of its interval.
+    n
+        Number of trials, clips, episodes or timed rounds that it is from.
+    """
+
+    value: float
+    low: float
+    high: float
     n: int
-    mean: float
-    sd: float
-    median: float
-    ci_low: float
-    ci_high: float
+
+    def __str__(self) -> str:
+        if math.isnan(self.value) or math.isnan(self.low):
+            return written(self.value)
+        if math.isinf(self.value):
+            return f"without a bound, at least {written(self.low)}"
+        if math.isinf(self.high):
+            return f"{written(self.value)} [{written(self.low)}, no upper bound]"
+        return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
 
 
 LEVEL = 0.05
@@ -83,8 +102,8 @@ class Test:
         return f"{self.effect_name} {self.effect:+.2f}, {self.p_text} ({self.name})"
 
 
-def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float = math.inf) -> Summary:
-    """Summary of at least one value.
+def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float = math.inf) -> Score:
+    """Return the mean of at least one value, with its interval: NaN of fewer than three.
 
     The interval is the bootstrap's, its percentiles widened for the sample's size as Student's t widens a normal
     interval: the plain ones of ten values cover the mean in 90 % of samples, not in 95 %. Of fewer than
@@ -105,13 +124,12 @@ def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float
     """
     sample = np.asarray(values, float)
     n, mean = sample.size, float(sample.mean())
-    sd = float(sample.std(ddof=1)) if n > 1 else math.nan
     low = high = mean if n >= LEAST_FOR_INTERVAL else math.nan
     if n >= LEAST_FOR_INTERVAL and np.ptp(sample) > 0:
         from scipy import special  # not before: it takes its time to load, and declarations need this file
 
         if n < LEAST_FOR_BOOTSTRAP:
-            half = float(special.stdtrit(n - 1, 0.975)) * sd / math.sqrt(n)
+            half = float(special.stdtrit(n - 1, 0.975)) * float(sample.std(ddof=1)) / math.sqrt(n)
             low, high = mean - half, mean + half
         else:
             # As scipy.stats.bootstrap has it: that module takes longer to load than most runs take to be summed up.
@@ -120,7 +138,7 @@ def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float
             low, high = map(float, np.quantile(drawn, (tail, 1 - tail)))
     if not math.isnan(low):
         low, high = max(low, lowest), min(high, highest)
-    return Summary(n, mean, sd, float(np.median(sample)), low, high)
+    return Score(mean, low, high, n)
 
 
 def proportion_interval(count: float, of: float) -> tuple[float, float]:
@@ -317,6 +335,10 @@ def _drawn(rises: Whole, seen: int) -> tuple[str, float]:
     return f"{PERMUTATIONS} permutations", (int((np.abs(rises) >= seen).sum()) + 1) / (PERMUTATIONS + 1)
 
 
+SUMMARY = {"n": int, **dict.fromkeys(("mean", "sd", "median", "ci_low", "ci_high"), float)}
+"""Columns of numbers in ``summary.csv``."""
+
+
 def summary_rows(
     rows: Iterable[Mapping[str, Any]], keys: Sequence[str], quantities: Iterable[str], signed: Collection[str]
 ) -> list[dict[str, Any]]:
@@ -336,50 +358,20 @@ def summary_rows(
     Returns
     -------
     list of dict
-        A row per group and quantity: ``keys``, ``quantity``, and the fields of `Summary`.
+        A row per group and quantity: ``keys``, ``quantity`` and `SUMMARY`; of one value no ``sd``.
     """
     table = []
     for values_of_keys, chosen in group(rows, *keys).items():
         for quantity in quantities:
             values = [row[quantity] for row in chosen if is_number(row.get(quantity))]
             if values:
-                summary = asdict(summarise(values, -math.inf if quantity in signed else 0.0))
-                numbers = {name: known(number) for name, number in summary.items()}
-                table.append({**dict(zip(keys, values_of_keys, strict=True)), "quantity": quantity, **numbers})
+                score = summarise(values, -math.inf if quantity in signed else 0.0)
+                table.append({
+                    **dict(zip(keys, values_of_keys, strict=True)), "quantity": quantity, "n": score.n,
+                    "mean": score.value, "sd": float(np.std(values, ddof=1)) if score.n > 1 else None,
+                    "median": float(np.median(values)), "ci_low": known(score.low), "ci_high": known(score.high),
+                })  # fmt: skip
     return table
-
-
-# --- scores -----------------------------------------------------------------------------------------------------------
-
-PLACES = 4
-"""Decimal places that are shown: a gain of 0.00001 is 0 to anybody who reads it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Score:
-    """A measured value and its 95 % interval; NaN where there is nothing to tell.
-
-    Attributes
-    ----------
-    value, low, high
-        The value, and the ends of its interval.
-    n
-        Number of trials, clips, episodes or timed rounds that it is from.
-    """
-
-    value: float
-    low: float
-    high: float
-    n: int
-
-    def __str__(self) -> str:
-        if math.isnan(self.value) or math.isnan(self.low):
-            return written(self.value)
-        if math.isinf(self.value):
-            return f"without a bound, at least {written(self.low)}"
-        if math.isinf(self.high):
-            return f"{written(self.value)} [{written(self.low)}, no upper bound]"
-        return f"{written(self.value)} [{written(self.low)}, {written(self.high)}]"
 
 
 def written(value: float) -> str:

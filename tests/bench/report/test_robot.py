@@ -35,7 +35,7 @@ def means(axes):
 
 
 def separate(lower, higher):
-    return summarise(lower).ci_high < summarise(higher).ci_low
+    return summarise(lower).high < summarise(higher).low
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -101,7 +101,7 @@ def test_dots_means_and_intervals_are_those_of_the_trials():
         dots = [list(one.get_ydata()) for one in axes.lines if one is not line and one.get_marker() == "o"]
         assert dots == counts
         ends = [tuple(bar.get_ydata()) for bar in axes.lines if bar.get_marker() == "None"]
-        assert ends == [pytest.approx((one.ci_low, one.ci_high)) for one in map(summarise, counts)]
+        assert ends == [pytest.approx((one.low, one.high)) for one in map(summarise, counts)]
 
 
 def test_potentials_are_means_of_the_frames_at_the_table_s_bearings_and_bands_their_range():

@@ -38,7 +38,7 @@ def test_means_intervals_and_trials_are_those_of_the_values():
     assert dots == samples
     (whisker,) = (line.get_xydata() for line in axes.lines if line.get_marker() == "None")
     expected = summarise(samples[2])
-    assert tuple(whisker[:, 1]) == pytest.approx((expected.ci_low, expected.ci_high)), "and none of fewer than three"
+    assert tuple(whisker[:, 1]) == pytest.approx((expected.low, expected.high)), "and none of fewer than three"
 
 
 @pytest.mark.parametrize(("values", "scale"), [([0.0, 1.0, 99.0], "linear"), ([0.0, 1.0, 101.0], "symlog")])
