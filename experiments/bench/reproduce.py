@@ -21,7 +21,7 @@ from experiments.bench import behave, offline, registry, sweep, sweep_plan
 from experiments.bench import trials as robot_run
 from experiments.bench.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
 from experiments.bench.report.terminal import error_console
-from experiments.bench.result import whole_networks
+from experiments.bench.result import Run, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS, begin_whole
 from experiments.bench.run.errors import UsageError
@@ -32,6 +32,7 @@ from experiments.bench.sources import motion
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.episode_scores import LEAST_SEEDS
 from experiments.bench.sources.episodes import short_name
+from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.bench.sources.judge import judge as judge_rows
 from experiments.bench.stats import stored
@@ -125,32 +126,8 @@ USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900
 FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60, onboard=True)
 
 
-@dataclass(frozen=True, slots=True)
-class Plans:
-    """All that a reproduction runs, checked.
-
-    Parameters
-    ----------
-    scale, seed
-        How much is run, and the first seed.
-    robot
-        The paper's experiments with the robot in replicate 0, then those that are shown alone.
-    clips, behaviours
-        The off-line experiments, and the behaviours of each env.
-    studies
-        Folder -> a study: the other replicates, and the moves.
-    """
-
-    scale: Scale
-    seed: int
-    robot: list[Batch[Any]]
-    clips: list[Batch[Any]]
-    behaviours: list[Batch[Any]]
-    studies: dict[str, Sweep]
-
-    def paper(self) -> list[Batch[Any]]:
-        """Return the plans of the paper's experiments: replicate 0."""
-        return self.robot[: len(registry.paper_experiments())]
+Plans = dict[str, Batch[Any] | Sweep]
+"""Folder -> what is run there: experiments with the robot, the paper's first, then clips, behaviours and sweeps."""
 
 
 def planned(
@@ -183,20 +160,21 @@ def planned(
     for name in names:
         if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE):
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
-    studies = {}
+    plans: Plans = dict(zip(names, robot, strict=True))
+    if not robot_only:
+        plans |= {name: _clips(name, scale, seed) for name in scale.offline}
+        for env in PLAYED:  # all at the same seeds
+            whole = ENVS[env].max_episode_steps
+            plans[f"behave-{short_name(env).partition('-')[0].lower()}"] = behave.episodes(
+                PLAYED[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole)
+            )
     if scale.replicates > 1:
-        studies[REPLICATES] = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
+        plans[REPLICATES] = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
     if scale.moves:
-        moves = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
-        studies[SENSITIVITY] = sweep_plan.planned(moves, seed)
+        plans[SENSITIVITY] = sweep_plan.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed)
     if scale.moves and not robot_only:
-        studies[SENSITIVITY_CLIPS] = sweep_plan.planned(SENSITIVE_ON_CLIPS, seed)
-    return Plans(
-        scale, seed, robot,
-        clips=[] if robot_only else [_clips(name, scale, seed) for name in scale.offline],
-        behaviours=[] if robot_only else [_played(env, scale, seed) for env in PLAYED],
-        studies=studies,
-    )  # fmt: skip
+        plans[SENSITIVITY_CLIPS] = sweep_plan.planned(SENSITIVE_ON_CLIPS, seed)
+    return plans
 
 
 def _models(experiment: str, labels: Sequence[str]) -> list[str]:
@@ -208,12 +186,6 @@ def _models(experiment: str, labels: Sequence[str]) -> list[str]:
     if len(declared.models) > 1 or experiment in SHOWN:
         return list(declared.models)
     return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
-
-
-def _played(env: str, scale: Scale, seed: int) -> Batch[Any]:
-    """Plan what the claims about behaviours need in an env: all at the same seeds."""
-    whole = ENVS[env].max_episode_steps
-    return behave.episodes(PLAYED[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole))
 
 
 def _clips(name: str, scale: Scale, seed: int) -> Batch[Any]:
@@ -252,16 +224,16 @@ def replicates_plan(
 
 
 def design(plans: Plans) -> dict[str, Any]:
-    """Return what ``design.json`` holds: scale and seed, the versions, and a digest of all that decides the numbers.
+    """Return what ``design.json`` holds beside scale and seed: versions, and a digest of all that decides the numbers.
 
     The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
     of versions and code. Two reproductions with one digest should differ in no number.
     """
-    runs = [part.description for part in (*plans.robot, *plans.clips, *plans.behaviours)]
+    runs = [part.description for part in plans.values() if isinstance(part, Batch)]
     computes = (*provenance.KEYS, "form", THRESHOLDS, "kind", "recordings", "recorded", "reference")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
-        "studies": [(part.study.name, part.specs) for part in plans.studies.values()],
+        "studies": [(part.study.name, part.specs) for part in plans.values() if isinstance(part, Sweep)],
         "claims": {claim: (texts()[claim]["says"], texts()[claim]["source"]) for claim in claim_ids(PAPER)},
         "least": [{claim.id: claim.least for claim in claims_on("robot").values()},
                   {claim.id: claim.conditions for claim in claims_on("clips").values()},
@@ -269,22 +241,23 @@ def design(plans: Plans) -> dict[str, Any]:
         "bounds": [SPEED_TOLERANCE, PATH_TOLERANCE_MM],
     }  # fmt: skip
     digest = hashlib.sha256(json.dumps(parts, default=plain).encode()).hexdigest()
-    scale = dataclasses.asdict(plans.scale)
-    return {"seed": plans.seed, "scale": scale, "digest": digest, "versions": provenance.versions()}
+    return {"digest": digest, "versions": provenance.versions()}
 
 
 # Running and judging.
 
 
-def reproduce(folder: Path, plans: Plans, pool: Workers) -> tuple[list[Verdict], list[Mapping[str, Any]]]:
+def reproduce(
+    folder: Path, scale: Scale, seed: int, plans: Plans, pool: Workers
+) -> tuple[list[Verdict], list[Mapping[str, Any]]]:
     """Run what is missing in a folder, judge every claim, and write the verdicts and the figures of studies there.
 
     Parameters
     ----------
     folder
         A new one, or one that holds a part of this reproduction.
-    plans
-        From `planned`.
+    scale, seed, plans
+        As `planned` takes them, and what it returns.
     pool
         Workers, or a cluster.
 
@@ -299,33 +272,33 @@ def reproduce(folder: Path, plans: Plans, pool: Workers) -> tuple[list[Verdict],
     if not pool.quiet:
         error_console.print(f"{pool.where()}, into {folder}")
     begin_whole(folder, "reproduction")
-    counts = {}
+    runs: dict[str, Run] = {}
+    counts: dict[str, Sweep] = {}
     with pool.running():
-        runs = [robot_run.run(part, folder / part.name, pool, recordings=True) for part in plans.robot]
-        clips = [
-            offline.run(part, folder / part.name, pool, recordings=part.description["experiment"].recorded)
-            for part in plans.clips
-        ]
-        played = []
-        for part in plans.behaviours:
-            env = short_name(part.description["env"]).partition("-")[0].lower()
-            played.append(behave.run(part, folder / f"behave-{env}", pool))
-        for name, study in plans.studies.items():
-            counts[name] = sweep.play(study, folder / name, pool)
+        for name, part in plans.items():
+            if isinstance(part, Sweep):
+                counts[name] = sweep.play(part, folder / name, pool)
+            elif isinstance(declared := part.description["experiment"], OfflineExperiment):
+                runs[name] = offline.run(part, folder / name, pool, recordings=declared.recorded)
+            elif isinstance(declared, Experiment):
+                runs[name] = robot_run.run(part, folder / name, pool, recordings=True)
+            else:
+                runs[name] = behave.run(part, folder / name, pool)
     failures = [failure for counted in counts.values() for failure in counted.failures]
-    failures += [failure for run in (*runs, *clips, *played) for failure in run.failures.to_dicts()]
-    shows = [(part, whole_networks(done)) for part, done in zip(plans.clips, clips, strict=True)]
-    specs = [spec for part in plans.paper() for spec in part.specs]
-    every = [replicate(specs, [row for done in runs for row in whole_networks(done)])]
+    failures += [failure for run in runs.values() for failure in run.failures.to_dicts()]
+    shows = [(part, whole_networks(runs[name])) for name, part in plans.items()
+             if isinstance(part, Batch) and runs[name].kind == "clips"]  # fmt: skip
+    specs = [spec for name in registry.paper_experiments() for spec in plans[name].specs]
+    every = [replicate(specs, [row for name in registry.paper_experiments() for row in whole_networks(runs[name])])]
     if REPLICATES in counts:
         every += counts.pop(REPLICATES).replicates[(), EVERY_MODEL]
     studies = [*_read_off(shows), *counts.values()]
-    if plans.scale.onboard and SENSITIVITY in counts:
-        studies.append(onboard(plans, every, counts[SENSITIVITY]))
+    if scale.onboard and SENSITIVITY in counts:
+        studies.append(onboard(every, counts[SENSITIVITY]))
     paper = verdicts(every, shows)
-    own = [verdict for run in played for verdict in run.verdicts]
+    own = [verdict for run in runs.values() if run.kind == "episodes" for verdict in run.verdicts]
     files = Files(folder)
-    files.write_json("design.json", design(plans))
+    files.write_json("design.json", {"seed": seed, "scale": dataclasses.asdict(scale), **design(plans)})
     files.write_json("claims.json", stored.document(paper))
     files.write_json("behaviours.json", stored.document(own))
     files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})
@@ -344,18 +317,18 @@ def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
             yield sweep.read(sweep_plan.planned(study, part.description["seed"]), shown)
 
 
-def onboard(plans: Plans, every: Sequence[Replicate], moved: Sweep) -> Sweep:
+def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
     """Count the claims in the robot's own arithmetic, on the reproduction's own replicates.
 
     It watched replicate 0 with the moves of the network, whose seed is the same.
     """
     labels = (MODEL, BEST)
-    study = dataclasses.replace(ONBOARD, models=labels, repeats=plans.scale.repeats, replicates=len(every))
+    study = dataclasses.replace(ONBOARD, models=labels, repeats=moved.study.repeats, replicates=len(every))
     defaults = (("moved", DEFAULTS),)
     given: dict[Any, Sequence[Replicate]] = {
         ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
-    return dataclasses.replace(sweep_plan.planned(study, plans.seed), replicates=given)
+    return dataclasses.replace(sweep_plan.planned(study, moved.seed), replicates=given)
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:

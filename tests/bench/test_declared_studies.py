@@ -77,9 +77,9 @@ def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
         rows = zip(rows_of(specs), (spec for spec in specs for _ in spec.settings.models), strict=True)
         return [{**row, "spikes": row["spikes"] * (spec.seed % 7), "peak_hs": spec.seed % 5 / 20} for row, spec in rows]
 
-    specs = [spec for run_plan in plans.paper() for spec in run_plan.specs]
-    first = replicate(specs, [row for run_plan in plans.paper() for row in answers(run_plan.specs)])
-    plan = plans.studies["sensitivity"]
+    paper = [plans[name].specs for name in registry.paper_experiments()]
+    first = replicate([spec for specs in paper for spec in specs], [row for specs in paper for row in answers(specs)])
+    plan = plans["sensitivity"]
     result = read(plan, answers(plan.specs))
     for claim, _ in plan.claims:
         assert result.outcomes[(("moved", DEFAULTS),), "dsnn", claim.id] == (reproduce.judge(claim.id, first),)
@@ -185,7 +185,7 @@ def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
 
 def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
     whole = reproduce.planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
-    replicates, moves = whole.studies["replicates"], whole.studies["sensitivity"]
+    replicates, moves = whole["replicates"], whole["sensitivity"]
     for spec in replicates.specs:
         shows = BEST in {model.label for model in spec.settings.models}
         assert shows == (len(registry.load(spec.experiment).models) == 1)
@@ -193,7 +193,7 @@ def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
         read(plan, [{**row, HS: [0.0], SPIKES: [0]} for row in rows_of(plan.specs)]) for plan in (replicates, moves)
     )
     (second,) = second.replicates[(), EVERY_MODEL]
-    result = reproduce.onboard(whole, [second, second], moved)
+    result = reproduce.onboard([second, second], moved)
     (best,) = result.counts.filter(claim="C13", model=BEST).iter_rows(named=True)
     assert set(result.counts["model"]) == {MODEL, BEST} and (best["holds"], best["replicates"]) == (2, 2)
 

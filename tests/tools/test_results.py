@@ -1,12 +1,13 @@
 """Results of the documentation are of runs that are noted, and what is not is refused."""
 
 import contextlib
+import dataclasses
 import json
 import re
 
 import pytest
 
-from experiments.bench.reproduce import QUICK, design, planned
+from experiments.bench.reproduce import QUICK
 from experiments.bench.run.files import to_json
 from experiments.bench.stats.claim import claim_ids, find_claim
 from experiments.bench.stats.stored import document
@@ -67,7 +68,7 @@ def docs(run, tmp_path, monkeypatch):
     (tmp_path / "README.md").touch()
     (tmp_path / "docs" / "page.md").write_text(TABLE)
     (tmp_path / SOURCES).write_text("{}")
-    scale = json.loads(to_json(design(planned(QUICK, 0))["scale"]))
+    scale = json.loads(to_json(dataclasses.asdict(QUICK)))
     measured = {"design": {"seed": 0, "scale": scale, "digest": "of seed 0"}, "measured_with": {"commit": "abc"}}
     (tmp_path / RESULTS).write_text(json.dumps(measured))
     tool.main(["take", str(run), "page.md#fast"], tmp_path)

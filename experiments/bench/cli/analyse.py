@@ -50,7 +50,7 @@ def reproduce(
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     plans = whole.planned(scale, seed, (*whole.BESIDE, *(model or ())), experiment or (), robot_only)
     folder = options.results_folder(out, "reproduce")
-    verdicts, failures = whole.reproduce(folder, plans, pool)
+    verdicts, failures = whole.reproduce(folder, scale, seed, plans, pool)
     page.write(folder)
     if not quiet:
         show_verdicts(verdicts)

@@ -127,12 +127,8 @@ def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
 
 @pytest.mark.parametrize("motion", ["approach", "recession"])
 def test_the_trials_are_those_that_the_claims_are_judged_on(motion):
-    judged, mechanism = (
-        run_plan
-        for name in (f"angular-{motion}", f"{motion}-mechanism")
-        for run_plan in planned(QUICK, 5).robot
-        if run_plan.name == name
-    )
+    plans = planned(QUICK, 5)
+    judged, mechanism = plans[f"angular-{motion}"], plans[f"{motion}-mechanism"]
     assert [model.label for model in mechanism.specs[0].models] == list(NEEDED), "and no other models"
     one, other = ([(spec.seed, spec.condition) for spec in run_plan.specs] for run_plan in (judged, mechanism))
     assert one == other
