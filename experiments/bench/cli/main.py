@@ -9,13 +9,13 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from experiments.bench.cli import analyse, live, own, robot, run, see, watch
+from experiments.bench.cli import analyse, own, robot, run, see
 
 GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     "run": {
         "run": (run.run, "Run an experiment: trials, recordings, tables, figure, verdicts"),
-        "watch": (watch.watch, "Show a video, a camera or a stimulus to models"),
-        "live": (live.live, "Drive the stimulus by hand in a browser"),
+        "watch": (run.watch, "Show a video, a camera or a stimulus to models"),
+        "live": (run.live, "Drive the stimulus by hand in a browser"),
         "behave": (run.behave, "Play behaviours in an env, scored against baselines"),
         "train": (run.train, "Train policies on neural observations by PPO"),
     },

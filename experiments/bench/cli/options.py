@@ -10,7 +10,6 @@ import typer
 
 if TYPE_CHECKING:
     from experiments.bench.run.workers import Workers as Pool
-    from experiments.bench.sources.pictures import Pictures
 
 EXIT_FAILED = 1
 """Exit status of a command some of whose jobs failed."""
@@ -63,13 +62,6 @@ def width_height(size: str | None) -> tuple[int, int] | None:
     if size is not None and shape is None:
         raise UsageError(f"--size must be WIDTHxHEIGHT, for example 320x180, got {size}")
     return (int(shape[1]), int(shape[2])) if shape else None
-
-
-def own_pictures(folder: Path | None) -> Pictures | None:
-    """Return the pictures of a folder, where one is given; `UsageError` in one line for a bad one."""
-    from experiments.bench.sources.pictures import folder_pictures
-
-    return None if folder is None else folder_pictures(folder)
 
 
 def typed(context: typer.Context) -> set[str]:

@@ -1,4 +1,7 @@
-"""The commands that run something: ``colias run``, ``behave`` and ``train``. Heavy imports happen when they run."""
+"""The commands that run something: ``colias run``, ``watch``, ``live``, ``behave`` and ``train``.
+
+Heavy imports happen when they run.
+"""
 
 from __future__ import annotations
 
@@ -44,6 +47,7 @@ def run(
     from experiments.bench.cli import tables
     from experiments.bench.report.terminal import tell_troubles
     from experiments.bench.run.errors import UsageError
+    from experiments.bench.sources.pictures import folder_pictures
 
     if again is not None:
         if others := sorted(options.typed(context) - {"again", "out", "workers", "quiet"}):
@@ -56,7 +60,7 @@ def run(
     done = perform(
         declared, options.results_folder(out, declared.name), pool, recordings=recordings,
         models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
-        pictures=options.own_pictures(pictures),
+        pictures=None if pictures is None else folder_pictures(pictures),
     )  # fmt: skip
     if not quiet:
         tables.show(done)
@@ -120,6 +124,92 @@ def _call_again(run: Path, arguments: dict[str, Any]) -> int:
     elif isinstance(experiment, Mapping):
         raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
     return options.EXIT_FAILED if experiments.run(experiment, **arguments).failures.height else 0
+
+
+def watch(
+    source: Annotated[
+        str, typer.Argument(help="A video, a camera's index from 0, a folder of pictures or a stimulus.")
+    ],
+    model: options.Models = None,
+    only: options.Only = False,
+    assignments: options.Assignments = None,
+    size: options.Size = None,
+    fps: Annotated[float | None, typer.Option(help="Rate of the models; otherwise 30, whatever the source's.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="How much to show; otherwise all.")] = None,
+    seed: options.Seed = 0,
+    jitter: options.Jitter = 0.0,
+    judge: Annotated[bool, typer.Option("--judge", help="Judge claim C12 by optical flow; takes longer.")] = False,
+    out: options.Out = None,
+    recordings: options.Recordings = True,
+    view: Annotated[
+        bool | None,
+        typer.Option("--view/--no-view", help="Stream to a Rerun viewer; otherwise where there is a screen."),
+    ] = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Show a video, a camera, pictures or a stimulus to models, a step a frame, and say when what moved which way.
+
+    The command's own model is dsnn. Models see 320 px along the longer side, of a stimulus its own size, or --size. A
+    file is taken as fast as it decodes. Thresholds are the paper's off-line ones, which belong to 30 steps a second:
+    responses grow with the square of the rate, so --fps changes what passes them.
+    Exit status: 1 if a film ended early or a model failed, 130 if interrupted; what was seen until then is in the
+    folder.
+    """
+    from colias_sim.gl import has_screen
+    from experiments.bench import watch as watching
+    from experiments.bench.cli import tables
+    from experiments.bench.report import viewer
+    from experiments.bench.run import interrupts
+
+    if view:
+        viewer.require_screen("watch: ", "give --no-view")
+    trial = watching.plan(
+        source, model or (), assignments or (), only=only, size=options.width_height(size), fps=fps,
+        seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
+    )  # fmt: skip
+    folder = options.results_folder(out, "watch")
+    wanted = has_screen() if view is None else view
+    report = watching.run(trial, folder, recordings=recordings, view=wanted, quiet=quiet)
+    if not quiet:
+        tables.show_motion(report)
+    failed = report.failures.height or report.description[watching.EARLY]
+    return options.EXIT_FAILED if failed else interrupts.STATUS if trial.condition.stopped else 0
+
+
+def live(
+    model: options.Models = None,
+    only: options.Only = False,
+    assignments: options.Assignments = None,
+    seed: options.Seed = 0,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Of the page, on this machine.")] = 8099,
+) -> int:
+    r"""Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
+
+    Keys I and K drive the stimulus ahead and back, J and L turn it, X stops it; with shift they drive the observer.
+    Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
+
+    record writes a run of the trial since it began, which colias run --again repeats bit for bit. The command's own
+    model is dsnn. Needs viser: the extra [live]. Open the
+    address that it prints in a browser; Ctrl-C ends it.
+    """
+    import importlib.util
+
+    from threadpoolctl import threadpool_limits
+
+    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.models import shown_models
+    from experiments.bench.run.settings import check_counts
+
+    check_counts(seed)
+    if importlib.util.find_spec("viser") is None:
+        raise UsageError("colias live needs viser: run 'sh tools/setup.sh --live', or install colias-sim[live]")
+    from experiments.bench.live.page import Page
+    from experiments.bench.live.session import Session
+
+    page = Page(Session(shown_models(["dsnn"], model, only), assignments or (), seed), port)
+    with threadpool_limits(1):
+        page.serve()
+    return 0
 
 
 def behave(

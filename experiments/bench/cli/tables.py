@@ -1,4 +1,4 @@
-"""What a run of trials or of clips prints: its table, the verdicts, where everything is."""
+"""What a run of trials, of clips or of footage prints: its tables, the verdicts, where everything is."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import polars as pl
 from experiments.bench.report import terminal
 from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
 from experiments.bench.result import Run, whole_networks
-from experiments.bench.run.rows import PEAKS, RESPONSES
+from experiments.bench.run.rows import COUNTS, PEAKS, RESPONSES
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import flaws
+from experiments.bench.sources.motion import GRADES
 from experiments.bench.sources.trial_rows import varying
 
 SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "peak_hs": ("mean",),
@@ -59,3 +60,23 @@ def show(run: Run) -> None:
     if rows and not clips and (beware := flaws(run.trials.to_dicts())):
         out_console.print(f"\nbeware: {beware}", style="red")
     show_files(run.folder, count(len({row["trial"] for row in rows}), "clip" if clips else "trial"))
+
+
+def show_motion(run: Run) -> None:
+    """Print what footage comes to: the intervals of motion, each model, the verdicts, and where everything is."""
+    if not run.done:
+        return
+    terminal.show(run.summary, "motion over T" if run.summary.height else "motion over T: none")
+    terminal.show(
+        run.trials.head(1).select("source", "width", "height", "fps", "frames", "seconds"), "as models saw it"
+    )
+    terminal.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
+    if run.description["judged"]:
+        terminal.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
+    show_verdicts(run.verdicts, model=len(run.models) > 1)
+    show_files(run.folder, count(run.trials["frames"][0], "frame"))
+
+
+def _filled(table: pl.DataFrame) -> pl.DataFrame:
+    """Return a table without the columns that have only nulls."""
+    return table.select(column for column in table if column.null_count() < table.height)
