@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import polars as pl
+
 from colias_sim.envs import ENVS
 from experiments import OFFLINE
 from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
@@ -512,7 +514,7 @@ def judge_models(
             if claim.conditions:
                 outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
             else:  # no clip tests it, and its judge says why
-                outcomes.append(dataclasses.replace(claim.ask(of_seed, 0.0), n=0))
+                outcomes.append(dataclasses.replace(claim.ask(pl.DataFrame({"model": labels}), 0.0), n=0))
         found.append(claim.verdict(outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures
