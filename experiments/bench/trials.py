@@ -302,11 +302,10 @@ def _verdicts(
     asked += [(claim, "", thresholds.get(claim.spiking), rows) for claim in claims if claim.models]
     verdicts = []
     for claim, label, threshold, about in asked:
-        judged = judge(claim, about, threshold)
         lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-        verdict = claim.verdict([judged], model=label, experiment=experiment.name)
-        verdicts.append(dataclasses.replace(verdict, outcome=judged.noting([failed])))
+        outcome = judge(claim, about, threshold).noting(failed)
+        verdicts.append(claim.verdict([outcome], model=label, experiment=experiment.name))
     return verdicts
 
 

@@ -49,8 +49,6 @@ WIDER = "dsnn:d=2"
 PER_CORRELATOR = {n: f"{CONNECTIONS[n]},k_sig={0.01 * n / 8:g}" for n in (1, 2)}
 """N_con -> label of fewer connections read as means per correlator, beside the eight of the DSNN: a sum over n counts
 8 / n times, ahead of the sigmoid."""
-VARIANTS = (*(CONNECTIONS[n] for n in (1, 2, 4)), WIDER, *FIXED.values(), FALLING, *PER_CORRELATOR.values())
-"""Every variant that a claim names, to be shown beside the DSNN."""
 
 
 # --- what judges share ------------------------------------------------------------------------------------------------
@@ -151,7 +149,7 @@ def more_on_one_side(rows: Rows, motion: str, more: float, name: str) -> Outcome
 def of_each_trial(checks: Sequence[Check], groups: Sequence[Rows], broken: int, threshold: float) -> Outcome:
     """Return the outcome of a claim about every trial of two motions; of one alone it cannot hold."""
     tested = [trials for trials in groups if trials]
-    outcome = outcome_of(checks, tested, "", "").noting([f"T = {threshold:g}"])
+    outcome = outcome_of(checks, tested, "", "").noting(f"T = {threshold:g}")
     outcome = replace(outcome, broken=broken, effect=f"{broken} of {outcome.n} trials break it")
     whole = len(tested) == len(groups) or outcome.verdict == "fails"
     return outcome if whole else outcome.withheld("the other motion was not run")

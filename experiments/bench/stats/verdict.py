@@ -205,20 +205,9 @@ class Outcome:
         equal = self.equal.withheld(why) if self.equal else None
         return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="", equal=equal)
 
-    def noting(self, notes: Iterable[str]) -> Outcome:
-        """Add notes to what was measured.
-
-        Parameters
-        ----------
-        notes
-            Texts; empty ones are left out.
-
-        Returns
-        -------
-        Outcome
-            The same, with the notes after the measured numbers.
-        """
-        return replace(self, measured="; ".join([self.measured, *filter(None, notes)]))
+    def noting(self, note: str) -> Outcome:
+        """Return the outcome with a note after the measured numbers; an empty note adds nothing."""
+        return replace(self, measured="; ".join(filter(None, (self.measured, note))))
 
     def against_silence(self, answers: Mapping[str, Sequence[bool]], what: str) -> Outcome:
         """Return the outcome of a claim that a silent network would keep, held against the answers to translation.

@@ -7,7 +7,7 @@ import pytest
 from experiments.bench.sources.judge import flaws
 from experiments.bench.sources.judge import judge as outcome
 from experiments.bench.stats.claim import DSNN, claims_on
-from experiments.claims.robot import VARIANTS
+from experiments.ensembles import MODELS
 
 CLAIMS = claims_on("robot")
 
@@ -43,7 +43,7 @@ def ensemble(n, **curves):
     column = curves.pop("column")
     usual = dict(zip((2, 4, 6, 8, 10, 15, 20), (0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.7), strict=True))
     trials = []
-    for label in (DSNN, *VARIANTS):
+    for label in MODELS:
         values = {**{s: v * (1.0 if label == DSNN else 0.2) for s, v in usual.items()}, **curves.get(label, {})}
         for speed, value in values.items():
             crossings = rows({speed: [0] * n}, "speed_cm_s", model=label, **{column: value})
