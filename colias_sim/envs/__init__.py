@@ -101,7 +101,7 @@ import gymnasium as gym
 from colias_sim.envs.avoidance import Avoidance
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.fixation import Fixation
-from colias_sim.envs.measures import COLLISIONS, RETURN, EpisodeColumn
+from colias_sim.envs.measures import COLLISIONS, RETURN
 from colias_sim.envs.optomotor import Optomotor
 from colias_sim.envs.pursuit import Pursuit
 from colias_sim.envs.randomise import FACTORS, PRESETS
@@ -109,7 +109,7 @@ from colias_sim.envs.senses import NEURAL
 from colias_sim.envs.state import Other, State
 
 __all__ = [
-    "COLLISIONS", "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "EpisodeColumn", "Other", "State", "register_envs",
+    "COLLISIONS", "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "Other", "State", "register_envs",
 ]  # fmt: skip
 
 ENVS: Mapping[str, type[ColiasEnv[Any]]] = MappingProxyType(

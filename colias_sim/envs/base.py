@@ -16,7 +16,7 @@ from gymnasium import error, spaces
 
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
-from colias_sim.envs.measures import EpisodeColumn
+from colias_sim.envs.measures import SHARE, SIZE, Values
 from colias_sim.envs.options import EnvOptions, Options, checked
 from colias_sim.envs.randomise import FACTORS, USUAL, camera_ends, changed, draw, given_values
 from colias_sim.envs.scripted import Driver
@@ -74,8 +74,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     """The task, in a few words."""
     baselines: ClassVar[tuple[str, ...]] = ()
     """Behaviours for comparison: a random walk, driving straight, and an oracle that receives the world's state."""
-    columns: ClassVar[tuple[EpisodeColumn, ...]] = ()
-    """The columns of its table of episodes in addition to the common ones."""
+    columns: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType({})
+    """Columns of its table of episodes in addition to the common ones -> their least and largest possible value."""
     measures: ClassVar[Mapping[str, str]] = MappingProxyType({})
     """Heading, with the unit, of each measure -> the column whose mean over episodes it is; without the return."""
     collisions: ClassVar[tuple[str, ...]] = ()
@@ -192,6 +192,21 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         -------
         dict
             Name -> value; names end in their units.
+        """
+        return {}
+
+    def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
+        """Compute the ``columns`` of an episode; ``None`` where one has no value.
+
+        Parameters
+        ----------
+        infos
+            Numeric entry of ``info`` -> its values in the episode's steps.
+
+        Returns
+        -------
+        dict of str to float or None
+            Name of the column -> value.
         """
         return {}
 
@@ -442,12 +457,20 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 class TargetEnv(ColiasEnv[Options]):
     """Base class of envs whose first other robot is the target; the rest are parked."""
 
+    columns: ClassVar = {"in_view": SHARE, "off_axis_deg": SIZE}
+
     def _others(self) -> Mapping[str, str]:
         return {TARGET: "colias_black"} | parked_robots(self.options.robots - 1)
 
     def _measures(self) -> dict[str, Any]:
         off = self._bearing()
         return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
+
+    def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
+        """Compute the columns of an episode."""
+        return {
+            "in_view": float(infos["in_view"].mean()), "off_axis_deg": float(np.abs(infos["bearing_deg"]).mean())
+        }  # fmt: skip
 
     def _centre(self) -> float:
         """Compute the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import TargetEnv
 from colias_sim.envs.geometry import HULL_RADIUS, random_poses
-from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, EpisodeColumn
+from colias_sim.envs.measures import SIZE, Values, rms
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Orbit
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
@@ -89,7 +89,7 @@ class Fixation(TargetEnv[FixationOptions]):
     max_episode_steps = 600
     summary = "keep a moving robot in the middle of the view"
     baselines = ("random-walk", "straight", "oracle-target")
-    columns = (IN_VIEW, OFF_AXIS, EpisodeColumn("rms_off_axis_deg", "rms", "bearing_deg"))
+    columns: ClassVar = {**TargetEnv.columns, "rms_off_axis_deg": SIZE}
     measures: ClassVar = {
         "time on target": "in_view", "off axis (deg)": "off_axis_deg", "RMS off axis (deg)": "rms_off_axis_deg"
     }  # fmt: skip
@@ -133,3 +133,7 @@ class Fixation(TargetEnv[FixationOptions]):
 
     def _reward(self) -> dict[str, float]:
         return {"centre": self._centre(), "effort": self._effort()}
+
+    def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
+        """Compute the columns of an episode."""
+        return {**super().measured(infos), "rms_off_axis_deg": rms(infos["bearing_deg"])}

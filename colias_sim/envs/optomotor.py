@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.geometry import random_poses
-from colias_sim.envs.measures import EpisodeColumn
+from colias_sim.envs.measures import ANY, SIZE, Values, optomotor_gain, rms
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, Arena, EnvOptions
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.world import OBSERVER, parked_robots
@@ -97,10 +97,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     max_episode_steps = 450
     summary = "hold the heading against a turning drum or a push"
     baselines = ("random-walk", "straight", "oracle-heading")
-    columns = (
-        EpisodeColumn("optomotor_gain", "optomotor_gain", "slip_deg_s", target="drift_deg_s"),
-        EpisodeColumn("rms_slip_deg_s", "rms", "slip_deg_s"),
-    )
+    columns: ClassVar = {"optomotor_gain": ANY, "rms_slip_deg_s": SIZE}
     measures: ClassVar = {"optomotor gain": "optomotor_gain", "RMS slip (deg/s)": "rms_slip_deg_s"}
     note = (
         "Gain: 0 for a robot that does nothing, 1 for one whose view never turns. It is a signed mean, in which swings"
@@ -137,3 +134,8 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
     def _reward(self) -> dict[str, float]:
         slip = abs(self.slip) / math.radians(self.options.fastest_deg_s)
         return {"hold": max(1.0 - slip, -1.0), "effort": self._effort()}
+
+    def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
+        """Compute the columns of an episode."""
+        slip = infos["slip_deg_s"]
+        return {"optomotor_gain": optomotor_gain(slip, infos["drift_deg_s"]), "rms_slip_deg_s": rms(slip)}

@@ -12,7 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from colias_sim.envs.base import TargetEnv
 from colias_sim.envs.geometry import ARENA_RADIUS, gap_to_robot, random_poses
-from colias_sim.envs.measures import IN_VIEW, OFF_AXIS, PER_MINUTE, EpisodeColumn
+from colias_sim.envs.measures import PER_MINUTE, SIZE, Values
 from colias_sim.envs.options import MOST_ROBOTS, STRICT, EnvOptions
 from colias_sim.envs.scripted import Driver, Wander
 from colias_sim.envs.world import OBSERVER, TARGET, parked_robots
@@ -72,7 +72,7 @@ class Pursuit(TargetEnv[PursuitOptions]):
     max_episode_steps = 900
     summary = "follow another robot at a set distance"
     baselines = ("random-walk", "straight", "oracle-distance")
-    columns = (IN_VIEW, OFF_AXIS, EpisodeColumn("gap_error_cm", "mean_abs_error", "gap_cm", target="distance_cm"))
+    columns: ClassVar = {**TargetEnv.columns, "gap_error_cm": SIZE}
     measures: ClassVar = {"time on target": "in_view", "gap error (cm)": "gap_error_cm"}
     collisions = (PER_MINUTE,)
     note = "Time on target: the share of frames with the target within 35 degrees of the axis."
@@ -105,3 +105,8 @@ class Pursuit(TargetEnv[PursuitOptions]):
 
     def _measures(self) -> dict[str, Any]:
         return {"gap_cm": self._gap_cm(), **super()._measures()}
+
+    def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
+        """Compute the columns of an episode."""
+        error = infos["gap_cm"] - self.options.distance_cm
+        return {**super().measured(infos), "gap_error_cm": float(np.abs(error).mean())}

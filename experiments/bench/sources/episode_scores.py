@@ -11,7 +11,7 @@ from functools import partial
 
 import polars as pl
 
-from colias_sim.envs import ENVS, RETURN, EpisodeColumn
+from colias_sim.envs import ENVS, RETURN
 from colias_sim.envs.measures import FREE_DISTANCE, PER_METRE, PER_MINUTE
 from experiments.bench.run.rows import known
 from experiments.bench.stats.checks import Check
@@ -19,8 +19,8 @@ from experiments.bench.stats.claim import claims_on
 from experiments.bench.stats.tests import Score, poisson_interval, proportion_interval, summarise
 from experiments.bench.stats.verdict import Outcome, Verdict
 
-COLUMNS: Mapping[str, EpisodeColumn] = {column.name: column for env in ENVS.values() for column in env.columns}
-"""Every column that an env declares, by name."""
+COLUMNS = {name: ends for env in ENVS.values() for name, ends in env.columns.items()}
+"""Every column that an env declares -> its least and largest possible value."""
 SUMMARY = pl.Schema(
     {"env": str, "behaviour": str, "measure": str, "episodes": int, "value": float, "ci_low": float, "ci_high": float}
 )
@@ -35,7 +35,7 @@ def mean(rows: pl.DataFrame, column: str) -> Score | None:
     The interval keeps to what the column can be: the mean of shares is at most 1.
     """
     values = rows[column].drop_nulls().to_list()
-    return summarise(values, *(COLUMNS[column].ends if column in COLUMNS else ())) if values else None
+    return summarise(values, *COLUMNS.get(column, ())) if values else None
 
 
 def mean_difference(first: pl.DataFrame, second: pl.DataFrame, column: str) -> Score | None:

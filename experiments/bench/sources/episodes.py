@@ -17,7 +17,7 @@ import polars as pl
 
 import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.config import CameraConfig, SceneConfig
-from colias_sim.envs import ENVS, NEURAL, EpisodeColumn, State
+from colias_sim.envs import ENVS, NEURAL, State
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import FPS
 from colias_sim.simulation import TRIAL_ROBOTS
@@ -47,7 +47,6 @@ STEPS = FRAMES | pl.Schema(
     | dict.fromkeys(("sim_time_s", "x_cm", "y_cm", "heading_deg", "left_wheel", "right_wheel", "reward"), float)
 )
 """Columns of ``frames.parquet``: a row per frame of an episode; responses are null where nothing is seen."""
-GAIN_PLACES = 12
 JPEG_QUALITY = 85
 WHEELS = "world/observer/wheels"
 
@@ -199,12 +198,11 @@ class Episode:
     def row(self) -> dict[str, Any]:
         """Return the episode as a row of `EPISODES`, without its number."""
         infos = {name: np.array(values) for name, values in self.infos.items()}
-        measured = {column.name: _measured(column, infos, self._env.options) for column in ENVS[self.env_id].columns}
         return {
             "experiment": "behave", "seed": self.seed, "model": self.name, "robot": OBSERVER, "env": self.env_id,
             "frames": len(self.rewards), "seconds": float(self.time_s[-1]), "touched": self.touched,
             "driven_m": float(infos["driven_cm"].sum()) / 100, "reward": float(np.array(self.rewards).sum()),
-            **dict.fromkeys(COLUMNS), **measured,
+            **dict.fromkeys(COLUMNS), **self._env.measured(infos),
         }  # fmt: skip
 
     def steps(self, index: int) -> pl.DataFrame:
@@ -244,29 +242,6 @@ def play(
             episode.add(float(reward), info)
             episode.touched, over = touched, touched or truncated
         return episode
-
-
-def _measured(column: EpisodeColumn, infos: Mapping[str, npt.NDArray[np.float64]], options: Any) -> float | None:
-    """Return the column's number for one episode."""
-    values = infos[column.info]
-    if column.kind == "optomotor_gain":
-        return optomotor_gain(values, infos[column.target])
-    if column.kind == "rms":
-        return float(np.sqrt(np.square(values).mean()))
-    if column.kind == "mean_abs_error":
-        values = values - float(getattr(options, column.target))
-    return float((values if column.kind in ("mean", "share") else np.abs(values)).mean())
-
-
-def optomotor_gain(slip_deg_s: npt.NDArray[np.float64], drift_deg_s: npt.NDArray[np.float64]) -> float | None:
-    """1 - sum(slip sign(drift)) / sum |drift|: 0 for a robot that does nothing, 1 for one whose view never turns.
-
-    ``None`` where nothing disturbed it.
-    """
-    whole = float(np.abs(drift_deg_s).sum())
-    # The difference of two sums that are alike has their rounding errors: what does nothing has a gain of 0.
-    slipped = float((slip_deg_s * np.sign(drift_deg_s)).sum())
-    return round(1.0 - slipped / whole, GAIN_PLACES) + 0.0 if whole else None
 
 
 # --- recording --------------------------------------------------------------------------------------------------------

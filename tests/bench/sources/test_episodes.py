@@ -6,12 +6,12 @@ import pytest
 import rerun as rr
 
 import colias_sim  # noqa: F401  (registers the envs)
+from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, OPTOMOTOR
 from experiments.bench.sources.episodes import (
     load_behaviour,
-    optomotor_gain,
     play,
     response,
     wheels,
