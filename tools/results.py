@@ -167,24 +167,41 @@ def check(root: Path) -> None:
         print(f"results: {name} comes out as noted", file=sys.stderr)
 
 
-def taken(run: Path) -> dict[str, Any]:
-    """Return what ``docs/results.json`` has of a finished reproduction, with the study of eyes and drives in it."""
+def taken(run: Path, before: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what ``docs/results.json`` has of a finished reproduction, and of the study of eyes and drives.
+
+    Parameters
+    ----------
+    run
+        The reproduction's folder.
+    before
+        What the file has now: its study stays where the folder has none.
+    """
     designed = read(run / "design.json")
     verdicts = [*stored.verdicts(read(run / "claims.json")), *stored.verdicts(read(run / "behaviours.json"))]
     scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/summary.csv"))]
-    commits = {provenance.commit(read_description(table.parent)["source"]) or "unknown" for table in tables_of(run)}
-    fidelity = read(next(run.glob(f"**/{FIDELITY.name}.json")))
+    commits = {_commit(table.parent) for table in tables_of(run) if FIDELITY.name not in table.parts}
     return {
         "design": {name: designed[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": " and ".join(sorted(commits)), **designed["versions"]},
         "claims": [_kept(verdict) for verdict in verdicts],
-        "eyes": [
-            {"eye": row["eye"], "drive": row["wheels"], "claim": row["claim"],
-             "count": dataclasses.asdict(count_of(row))}
-            for row in fidelity["counts"]
-        ],
+        "eyes": next(map(_eyes, run.glob(f"**/{FIDELITY.name}.json")), before.get("eyes")),
         "scores": pl.concat(scores, how="diagonal").to_dicts(),
     }  # fmt: skip
+
+
+def _commit(folder: Path) -> str:
+    """Return the commit of the code that wrote a run."""
+    return provenance.commit(read_description(folder)["source"]) or "unknown"
+
+
+def _eyes(study: Path) -> dict[str, Any]:
+    """Return the commit of a finished study of eyes and drives, and its counts."""
+    rows = [
+        {"eye": row["eye"], "drive": row["wheels"], "claim": row["claim"], "count": dataclasses.asdict(count_of(row))}
+        for row in read(study)["counts"]
+    ]
+    return {"commit": _commit(tables_of(study.parent)[0].parent), "counts": rows}
 
 
 def _kept(verdict: Verdict) -> dict[str, Any]:
@@ -216,7 +233,7 @@ def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def counts(results: Mapping[str, Any]) -> dict[str, list[Count | None]]:
     """Return claim of the paper -> its count under each eye and drive of `CELLS`; ``None`` where it was not run."""
-    eyes = {(row["claim"], row["eye"], row["drive"]): Count(**row["count"]) for row in results["eyes"]}
+    eyes = {(row["claim"], row["eye"], row["drive"]): Count(**row["count"]) for row in results["eyes"]["counts"]}
     return {
         claim["id"]: [Count(**claim["count"]), *(eyes.get((claim["id"], *cell)) for cell in CELLS[1:])]
         for claim in results["claims"]
@@ -242,7 +259,8 @@ def summary(results: Mapping[str, Any]) -> str:
 
 def _totals(results: Mapping[str, Any]) -> str:
     whole = totals([(claim, under[0]) for claim, under in counts(results).items() if under[0]])
-    return f"{'; '.join(whole)}. Measured by commit {results['measured_with']['commit']}"
+    commit, eyes = results["measured_with"]["commit"], results["eyes"]["commit"]
+    return f"{'; '.join(whole)}. Measured by commit {commit}; cameras and drives by {eyes}"
 
 
 def cameras(results: Mapping[str, Any]) -> str:
@@ -292,7 +310,7 @@ def main(arguments: Sequence[str] | None = None, root: Path = ROOT) -> None:
         shows = [word for word in given.words if Path(word) not in runs]
         write(root / SOURCES, read(root / SOURCES) | {run.name: note(run, shows, root) for run in runs})
     else:
-        write(root / RESULTS, taken(runs[0]))
+        write(root / RESULTS, taken(runs[0], read(root / RESULTS)))
         for page, text in renewed(root, read(root / RESULTS)).items():
             page.write_text(text, encoding="utf-8")
 

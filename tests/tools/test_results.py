@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import json
 import re
+import shutil
 
 import pytest
 
@@ -14,7 +15,7 @@ from experiments.bench.stats.stored import document
 from experiments.bench.stats.verdict import Outcome
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
-from tools.results import CELLS, RESULTS, ROOT, SOURCES, places, read, renewed
+from tools.results import CELLS, RESULTS, ROOT, SOURCES, places, read, renewed, write
 
 TABLE = "<!-- table: fast -->\n| crossing | trials |\n|---|---|\n| rightward | 1 |\n<!-- end of table -->\n"
 COMMAND = ["run", "speed", "--repeats", "1", "--seed", "3", "--set", "experiment.speeds_cm_s=20"]
@@ -113,7 +114,7 @@ def test_a_run_of_changed_code_or_without_a_place_is_not_taken(run, docs):
 
 
 def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
-    """What the pages make of it is in those that there are."""
+    """What the pages make of it is in those that there are; the study of cameras stays where a later one has none."""
     folder = tmp_path / "run"
     for name in ("run/behave-optomotor", "run/fidelity", "docs"):
         (tmp_path / name).mkdir(parents=True)
@@ -124,19 +125,25 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
         "claims": document([find_claim("C14", "robot").verdict([held] * 40)]), "behaviours": document([]),
         "fidelity/fidelity": {"study": "fidelity", "counts": counts},
+        "fidelity/run": {"source": {"commit": "abc123", "dirty": False}},
     }  # fmt: skip
     for name, value in files.items():
         (folder / f"{name}.json").write_text(to_json(value))
     score = "env,behaviour,measure,episodes,value,ci_low,ci_high\ncolias_sim/Optomotor-v0,still,gain,2,0.25,nan,nan\n"
     (folder / "behave-optomotor" / "summary.csv").write_text(score)
+    (folder / "fidelity" / "trials.parquet").touch()
     page = tmp_path / "docs" / "page.md"
+    write(tmp_path / RESULTS, {})
     marks = [
         f"<!-- measured: {name} -->\nold\n<!-- end of measured -->" for name in ("claims", "cameras", "behaviours")
     ]
     page.write_text("before\n" + "\n".join(marks) + "\nafter\n")
     (tmp_path / "README.md").touch()
     tool.main(["reproduction", str(folder)], tmp_path)
+    shutil.rmtree(folder / "fidelity")
+    tool.main(["reproduction", str(folder)], tmp_path)
     text = page.read_text()
+    assert "cameras and drives by abc123" in text
     assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
     assert r"| \|VS\| 0.1 (needs below 0.2) |" in text
     assert "(C14) | ✓ holds (40 of 40) | ✓ holds (20 of 20) | ✕ fails (0 of 20) | ✕ fails (0 of 20) |" in text
