@@ -200,7 +200,8 @@ def c4(clips: pl.DataFrame, threshold: float) -> list[Check]:
         for part in parts:
             share = share_of(part[name], whole[name])
             text = f"{clip}: {part['model']} leaves {share:.1%}"
-            checks.append(Check(text, share, HALF, "within", scale=HALF[1] - HALF[0]))
+            asks = f"{HALF[0]:.0%} to {HALF[1]:.0%}"
+            checks.append(Check(text, share, HALF, "within", scale=HALF[1] - HALF[0], asks=asks))
         rest = abs(sum(part[name] for part in parts) - whole[name])
         adds = f"{clip}: ON and OFF alone differ from the whole by {rest:.1e}"
         checks.append(Check(adds, rest, SUM_TOLERANCE, "below", scale=SUM_TOLERANCE))
@@ -309,7 +310,7 @@ def c22(clips: pl.DataFrame, threshold: float) -> list[Check]:
         for row, (bound, side) in zip((driven, other), bounds, strict=True):
             left = share_of(strongest(row, "hs"), intact)
             text = f"{whole['clip']}: {row['model']} leaves {left:.1%} of |HS| {intact:.3f}"
-            checks.append(Check(text, left, bound, side))
+            checks.append(Check(text, left, bound, side, asks=f"{side} {bound:.0%}"))
     return checks
 
 
@@ -344,7 +345,7 @@ def c23(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
                 least = min(abs(hs[motion, same][index]) for same in SAME)
                 share = share_of(abs(value), least)
                 text = f"{motion} {pair}: |HS| {abs(value):.3f}, {share:.0%} of {least:.3f} for one sign"
-                checks.append(Check(text, share, MOST_OF_OPPOSITE, "below"))
+                checks.append(Check(text, share, MOST_OF_OPPOSITE, "below", asks=f"below {MOST_OF_OPPOSITE:.0%}"))
     return checks
 
 
