@@ -121,19 +121,22 @@ def note(run: Path, shows: Sequence[str], root: Path) -> dict[str, Any]:
     return {
         "command": shlex.join(line),
         "commit": commit,
-        "first": {} if line[0] == "train" else first_numbers(part),  # whose first trial comes after the training
+        "first": {} if line[0] == "train" else first_numbers(part)[0],  # whose first trial comes after the training
         "shows": {place: there[place] for place in shows},
     }
 
 
-def first_numbers(table: Path) -> dict[str, float]:
-    """Return the numbers of the first trial in a table that are not 0, by column; none if it failed."""
-    rows = read_parquet(table).filter(trial=0).drop(UNREPEATABLE, strict=False).head(1).to_dicts()
-    return {name: value for row in rows for name, value in row.items() if isinstance(value, float) and value}
+def first_numbers(table: Path) -> list[dict[str, float]]:
+    """Return the numbers of the first trial in a table that are not 0, by column, of each model; none if it failed."""
+    rows = read_parquet(table).filter(trial=0).drop(UNREPEATABLE, strict=False).to_dicts()
+    return [{name: value for name, value in row.items() if isinstance(value, float) and value} for row in rows] or [{}]
 
 
 def differences(source: Mapping[str, Any]) -> dict[str, float | None]:
-    """Run a noted command until its first trial is there; return the noted numbers that differ, ``None`` if gone."""
+    """Run a noted command until its first trial is there; return the noted numbers that differ, ``None`` if gone.
+
+    They are those of one model, the one that comes nearest.
+    """
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         line = [*shlex.split(source["command"]), "--out", str(out), "--workers", "0", "--quiet"]
@@ -141,8 +144,9 @@ def differences(source: Mapping[str, Any]) -> dict[str, float | None]:
             while process.poll() is None and not any(out.rglob(FIRST)):
                 time.sleep(0.1)
             process.kill()
-        now = first_numbers(next(out.rglob(FIRST), None) or tables_of(out)[0])
-    return {name: now.get(name) for name, value in source["first"].items() if now.get(name) != value}
+        rows = first_numbers(next(out.rglob(FIRST), None) or tables_of(out)[0])
+    noted = source["first"].items()
+    return min(({name: row.get(name) for name, value in noted if row.get(name) != value} for row in rows), key=len)
 
 
 def check(root: Path) -> None:

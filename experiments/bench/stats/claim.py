@@ -194,6 +194,11 @@ class Claim:
             Whether anything differs between replicates.
         model, experiment
             As of a `Verdict`.
+
+        Returns
+        -------
+        Verdict
+            The verdict.
         """
         again = [outcome.equal.verdict if outcome.equal else "not shown" for outcome in outcomes]
         return Verdict(

@@ -206,7 +206,18 @@ class Outcome:
         return replace(self, verdict="not shown", measured=f"{why}; measured: {self.measured}", decided="", equal=equal)
 
     def noting(self, note: str) -> Outcome:
-        """Return the outcome with a note after the measured numbers; an empty note adds nothing."""
+        """Return the outcome with a note after the measured numbers.
+
+        Parameters
+        ----------
+        note
+            The note; an empty one adds nothing.
+
+        Returns
+        -------
+        Outcome
+            The outcome with it.
+        """
         return replace(self, measured="; ".join(filter(None, (self.measured, note))))
 
     def against_silence(self, answers: Mapping[str, Sequence[bool]], what: str) -> Outcome:
