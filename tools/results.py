@@ -163,7 +163,8 @@ def check(root: Path) -> None:
             sys.exit(f"{page} has other numbers than {RESULTS}")
     measured, commit = results["design"], results["measured_with"]["commit"]
     scale = Scale(**{**measured["scale"], "offline": tuple(measured["scale"]["offline"])})
-    if "with changes" in commit or design(planned(scale, measured["seed"]))["digest"] != measured["digest"]:
+    planned_now = design(planned(scale, measured["seed"]))["digest"]
+    if "with changes" in commit + results["eyes"]["commit"] or planned_now != measured["digest"]:
         sys.exit(f"the reproduction, of commit {commit}, has another design than the code: run make numbers")
     for name, source in sources.items():
         if source["first"] and (other := differences(source)):
@@ -184,7 +185,7 @@ def taken(run: Path, before: Mapping[str, Any]) -> dict[str, Any]:
     designed = read(run / "design.json")
     verdicts = [*stored.verdicts(read(run / "claims.json")), *stored.verdicts(read(run / "behaviours.json"))]
     scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/summary.csv"))]
-    commits = {_commit(table.parent) for table in tables_of(run) if FIDELITY.name not in table.parts}
+    commits = {_commit(table.parent) for table in tables_of(run) if FIDELITY.name not in table.relative_to(run).parts}
     return {
         "design": {name: designed[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": " and ".join(sorted(commits)), **designed["versions"]},

@@ -159,15 +159,16 @@ def planned(
         for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
     names = [part.name for part in robot]
+    ours = (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE, *map(_behaved, PLAYED))
     for name in names:
-        if names.count(name) > 1 or name in (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE):
+        if names.count(name) > 1 or name in ours:
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
     plans: Plans = dict(zip(names, robot, strict=True))
     if not robot_only:
         plans |= {name: _clips(name, scale, seed) for name in scale.offline}
         for env in PLAYED:  # all at the same seeds
             whole = ENVS[env].max_episode_steps
-            plans[f"behave-{short_name(env).partition('-')[0].lower()}"] = behave.episodes(
+            plans[_behaved(env)] = behave.episodes(
                 PLAYED[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole)
             )
     if scale.replicates > 1:
@@ -177,6 +178,11 @@ def planned(
     if scale.moves and not robot_only:
         plans[SENSITIVITY_CLIPS] = sweep_plan.planned(SENSITIVE_ON_CLIPS, seed)
     return plans
+
+
+def _behaved(env: str) -> str:
+    """Return the folder of an env's episodes."""
+    return f"behave-{short_name(env).partition('-')[0].lower()}"
 
 
 def _models(experiment: str, labels: Sequence[str]) -> list[str]:
@@ -300,7 +306,10 @@ def reproduce(
     paper = verdicts(every, shows)
     own = [verdict for run in runs.values() if run.kind == "episodes" for verdict in run.verdicts]
     files = Files(folder)
-    files.write_json("design.json", {"seed": seed, "scale": dataclasses.asdict(scale), **design(plans)})
+    files.write_json("design.json", {
+        "seed": seed, "scale": dataclasses.asdict(scale), "parts": [*plans, *(done.study.name for done in studies)],
+        **design(plans),
+    })  # fmt: skip
     files.write_json("claims.json", stored.document(paper))
     files.write_json("behaviours.json", stored.document(own))
     files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})

@@ -170,7 +170,7 @@ class Run:
     @cached_property
     def failures(self) -> pl.DataFrame:
         """A row per trial, model in a trial, or recording that failed: trial, model, condition, seed, reason."""
-        return table(self._json("failures.json"), FAILURE)
+        return table(self._json("failures.json") or self.fitted.get("failures", []), FAILURE)
 
     @property
     def recordings(self) -> list[Path]:

@@ -70,7 +70,8 @@ def docs(run, tmp_path, monkeypatch):
     (tmp_path / "docs" / "page.md").write_text(TABLE)
     (tmp_path / SOURCES).write_text("{}")
     scale = json.loads(to_json(dataclasses.asdict(QUICK)))
-    measured = {"design": {"seed": 0, "scale": scale, "digest": "of seed 0"}, "measured_with": {"commit": "abc"}}
+    measured = {"design": {"seed": 0, "scale": scale, "digest": "of seed 0"}, "measured_with": {"commit": "abc"},
+                "eyes": {"commit": "abc"}}  # fmt: skip
     (tmp_path / RESULTS).write_text(json.dumps(measured))
     tool.main(["take", str(run), "page.md#fast"], tmp_path)
     return tmp_path

@@ -15,7 +15,7 @@ from experiments.bench.report.templates import render
 from experiments.bench.reproduce import COUNTED, FULL
 from experiments.bench.result import Run, load, whole_networks
 from experiments.bench.run import provenance
-from experiments.bench.run.description import BEGUN, RENDERERS
+from experiments.bench.run.description import RENDERERS
 from experiments.bench.run.files import Files
 from experiments.bench.run.rows import group, in_words
 from experiments.bench.sources.judge import flaws
@@ -58,19 +58,27 @@ MOST_FAILURES = 5
 
 def write(folder: Path) -> Path:
     """Write ``report.html`` and the robot's panels into the folder of a reproduction; return the page's path."""
-    runs = sorted(load(folder).parts, key=lambda run: run.description[BEGUN])
+    there, names = {run.folder.name: run for run in load(folder).parts}, _design(folder)["parts"]
+    runs = [there[name] for name in names if name in there]
     if trials := {run.folder.name: whole_networks(run) for run in runs if run.done and run.folder.name in PAPER}:
         style.save(panels(trials), folder / "panels")
     Files(folder).write_text("report.html", page(folder, runs))
     return folder / "report.html"
 
 
+def _design(folder: Path) -> dict[str, Any]:
+    """Return what was run in the folder at last: it may have parts of an earlier, larger reproduction too."""
+    design: dict[str, Any] = json.loads((folder / "design.json").read_text(encoding="utf-8"))
+    return design
+
+
 def page(folder: Path, runs: Sequence[Run]) -> str:
     """Return the page of a reproduction and its parts: HTML without scripts that needs nothing from outside."""
-    design, pooled, readings, claims, own = (
+    pooled, readings, claims, own = (
         json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
-        for name in ("design", "pooled", "readings", "claims", "behaviours")
+        for name in ("pooled", "readings", "claims", "behaviours")
     )
+    design = _design(folder)
     verdicts = stored.verdicts(claims)
     rows = [_row(claim, pooled, readings) for claim in (*verdicts, *stored.verdicts(own))]
     sections = group(_sections(folder, runs), "chapter")
@@ -148,7 +156,7 @@ def _sections(folder: Path, runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
     """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
     parts = [(chapter, run.folder.name, _summary(run), run.folder / "figure.svg")
              for kind, chapter in CHAPTERS.items() for run in runs if run.kind == kind]  # fmt: skip
-    for path in filter(Path.is_file, (folder / f"{name}.json" for name in COUNTED)):
+    for path in (folder / f"{name}.json" for name in COUNTED if name in _design(folder)["parts"]):
         study = json.loads(path.read_text(encoding="utf-8"))
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
         text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."

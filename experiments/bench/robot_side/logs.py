@@ -399,7 +399,7 @@ def lacking(trial: LogTrial) -> tuple[int, str]:
     if (number := int(lost.sum())) <= 0:
         return 0, ""
     return number, (f"trial {trial.index} lacks {count(number, 'frame')} at {trial.fps:.3g} frames/s, the first after"
-                    f" {times[lost.argmax()]:.2f} s: spikes of these frames are not counted")  # fmt: skip
+                    f" {times[(lost > 0).argmax()]:.2f} s: spikes of these frames are not counted")  # fmt: skip
 
 
 def _check(path: Path, trial: LogTrial) -> None:

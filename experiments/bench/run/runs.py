@@ -2,7 +2,7 @@
 
 A job that the folder has already is not done again.
 
-Trials with the robot, clips, tuning curves, episodes, the leaderboard, sweeps, maps and the studies of a reproduction
+Trials with the robot, clips, tuning curves, episodes, the leaderboard, sweeps and the studies of a reproduction
 are all a `Batch`. Footage is not: it is a stream without a plan.
 """
 
@@ -93,7 +93,8 @@ class Batch(Generic[AnyTrial]):
                 error_console.print(f"{self.name}: {len(self.specs)} {self.things}, {how}, {place}")
                 if note := forms.note():
                     error_console.print(f"note: {note}")
-            for note in rate_notes((model, spec.fps) for spec in self.specs for model in spec.models):  # quiet or not
+            rates = ((model, rate) for spec in self.specs for rate in [spec.fps] for model in spec.models)
+            for note in rate_notes(rates):  # quiet or not
                 error_console.print(f"note: {note}")
             whole = sum(map(self.size, left))
             with progress(self.name, len(left), pool.quiet, self.things, whole=whole) as advance:

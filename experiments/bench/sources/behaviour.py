@@ -201,7 +201,7 @@ def load_policy(path: Path) -> TrainedPolicy:
             about = json.loads(str(file["about"]))
             layers = [(file[f"weights{place}"], file[f"biases{place}"]) for place in range(len(about["hidden"]) + 1)]
             return TypeAdapter(TrainedPolicy).validate_python({**about, "layers": layers})
-    except (ValueError, KeyError, OSError) as error:
+    except (ValueError, KeyError, TypeError, OSError) as error:
         raise UsageError(f"{path}: not a policy file ({' '.join(str(error).split())[:200]})") from None
 
 
