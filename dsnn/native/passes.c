@@ -245,9 +245,10 @@ static void correlate(dsnn *m, double fields[2][2])
         correlate_field(m, fields, 0);
 }
 
-VISION_INLINE void maps_of(dsnn *m, float *p, float *la, float *f_on, float *f_off, int32_t radius_e, int32_t radius_i)
+static void maps(dsnn *m, float *p, float *la, float *f_on, float *f_off)
 {
     const dsnn_config *c = &m->config;
+    const int32_t radius = m->radius;
     int32_t x, y;
     for (y = 0; y < c->rows; y++) {
         const size_t at = (size_t)y * (size_t)c->columns;
@@ -255,22 +256,14 @@ VISION_INLINE void maps_of(dsnn *m, float *p, float *la, float *f_on, float *f_o
         memcpy(p + at, now, (size_t)c->columns * sizeof(float));
         memcpy(f_on + at, field_row(m, m->f[0], y), (size_t)c->columns * sizeof(float));
         memcpy(f_off + at, field_row(m, m->f[1], y), (size_t)c->columns * sizeof(float));
-        blur_down(m, y, radius_e, radius_i);
+        blur_down(m, y, radius / 2, radius);
         for (x = 0; x < c->columns; x += LANES) {
-            const pathways split = lamina(m, y, x, radius_e, radius_i);
+            const pathways split = lamina(m, y, x, radius / 2, radius);
             float lane[LANES];
             store(lane, sub(split.on, split.off));
             memcpy(la + at + (size_t)x, lane, (size_t)smaller(LANES, c->columns - x) * sizeof(float));
         }
     }
-}
-
-static void maps(dsnn *m, float *p, float *la, float *f_on, float *f_off)
-{
-    if (m->config.d == 1) /* as in contrast() */
-        maps_of(m, p, la, f_on, f_off, 4, 8);
-    else
-        maps_of(m, p, la, f_on, f_off, m->radius / 2, m->radius);
 }
 
 static double azimuth(const dsnn *m)
