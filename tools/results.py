@@ -121,22 +121,19 @@ def note(run: Path, shows: Sequence[str], root: Path) -> dict[str, Any]:
     return {
         "command": shlex.join(line),
         "commit": commit,
-        "first": {} if line[0] == "train" else first_numbers(part)[0],  # whose first trial comes after the training
+        "first": {} if line[0] == "train" else first_numbers(part),  # whose first trial comes after the training
         "shows": {place: there[place] for place in shows},
     }
 
 
-def first_numbers(table: Path) -> list[dict[str, float]]:
-    """Return the numbers of the first trial in a table that are not 0, by column, of each model; none if it failed."""
+def first_numbers(table: Path) -> dict[str, float]:
+    """Return the numbers of a table's first trial that are not 0, by column, of its first model; none if it failed."""
     rows = read_parquet(table).filter(trial=0).drop(UNREPEATABLE, strict=False).to_dicts()
-    return [{name: value for name, value in row.items() if isinstance(value, float) and value} for row in rows] or [{}]
+    return {name: value for row in rows[:1] for name, value in row.items() if isinstance(value, float) and value}
 
 
 def differences(source: Mapping[str, Any]) -> dict[str, float | None]:
-    """Run a noted command until its first trial is there; return the noted numbers that differ, ``None`` if gone.
-
-    They are those of one model, the one that comes nearest.
-    """
+    """Run a noted command until its first trial is there; return the noted numbers that differ, ``None`` if gone."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         line = [*shlex.split(source["command"]), "--out", str(out), "--workers", "0", "--quiet"]
@@ -144,9 +141,8 @@ def differences(source: Mapping[str, Any]) -> dict[str, float | None]:
             while process.poll() is None and not any(out.rglob(FIRST)):
                 time.sleep(0.1)
             process.kill()
-        rows = first_numbers(next(out.rglob(FIRST), None) or tables_of(out)[0])
-    noted = source["first"].items()
-    return min(({name: row.get(name) for name, value in noted if row.get(name) != value} for row in rows), key=len)
+        now = first_numbers(next(out.rglob(FIRST), None) or tables_of(out)[0])
+    return {name: now.get(name) for name, value in source["first"].items() if now.get(name) != value}
 
 
 def check(root: Path) -> None:
@@ -280,9 +276,9 @@ def claims(results: Mapping[str, Any]) -> str:
     rows = []
     for claim in results["claims"]:
         words, count = texts()[claim["id"]], Count(**claim["count"])
-        says = (
-            f"**{words['title']}** ({claim['id']}): {words['says']}.{' The equations imply it.' * ('implied' in words)}"
-        )
+        says = f"**{words['title']}** ({claim['id']}): {words['says']}."
+        if "implied" in words:
+            says += " The equations imply it."
         equal = f"; on equal terms {verdict(Count(**claim['equal_terms']))}" if claim["equal_terms"] else ""
         cause = f". *Why:* {words.get('cause', 'Not known.')}" if count.word in ("fails", "sometimes") else ""
         rows.append([says, verdict(count) + equal, claim["decided"] + cause])
