@@ -108,6 +108,7 @@ def test_the_command_does_what_python_does_with_other_models_sizes_and_rates(fil
     settings = {"dsnn.t_sp": 0.1}
     run = watch(film, models="dsn2017", settings=settings, fps=25, size=(160, 120), out="b", quiet=True)
     assert run.frames.equals(pl.read_parquet("a/frames.parquet")) and run.frames.height == 2 * FRAMES
+    assert any("33%" in note for note in run.description["notes"])
     small = [cv2.resize(frame, (160, 120), interpolation=cv2.INTER_AREA) for frame in decoded(film)]
     expected = DSNN((120, 160), DSNNParams.offline(t_sp=0.1, fps=25)).run(small)
     np.testing.assert_array_equal(run.frames.filter(pl.col("model") == "dsnn")["hs"], expected.hs)

@@ -155,6 +155,7 @@ def test_no_part_of_a_short_exposure_is_shorter_than_two_physics_steps():
     for steps in (0.1, 1.0, 1.9, 2.0, 3.9, 4.1, 5.9, 6.1, 7.9, 8.1, 9.9, 17.9):
         plan = plan_frame(camera, steps_per_frame(30.0), 1000.0 * steps * timestep(30.0))
         samples = sum(render.parts for render in plan)
+        assert samples == exposure_samples(camera, 1000.0 * steps * timestep(30.0), steps_per_frame(30.0))
         assert samples == 1 or steps / samples >= 2.0
         assert samples == camera.exposure_samples or steps / (samples + 1) < 2.0
 

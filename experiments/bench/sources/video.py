@@ -35,6 +35,8 @@ SIZES_PX = range(8, 4097)
 VARIES, TICK_S = 0.10, 0.0015
 """Frame intervals vary if one is off the mean by this share, and by more than a container's 1 ms clock rounds."""
 USUAL_FPS = 30.0
+SAME_ASPECT = 1.05
+"""Ratio of two aspects up to which they count as equal: whole pixels round small sizes."""
 SLACK_FRAMES = 4.0
 """Frames by which a film may be shorter than its header says."""
 NOTHING: Mapping[str, Any] = {}
@@ -181,6 +183,10 @@ class VideoSource:
     def notes(self, time_s: npt.NDArray[np.float64]) -> list[str]:
         """Return what to know about the source as far as it was read, at these times (T,), a line each."""
         notes: list[str] = []
+        ratio = self.own_size[0] * self.size[1] / (self.own_size[1] * self.size[0])
+        if (stretch := max(ratio, 1 / ratio)) > SAME_ASPECT:
+            shown, own = (f"{width}x{height}" for width, height in (self.size, self.own_size))
+            notes.append(f"{shown} is not the aspect of {own}: models see it distorted by {stretch - 1:.0%}")
         gaps, film = np.diff(time_s), self.film
         if film is None:
             return notes
