@@ -22,6 +22,7 @@ from experiments.bench.result import Run, load
 from experiments.bench.run.description import begin_whole, begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
+from experiments.bench.run.folder import FAILURES
 from experiments.bench.run.models import look_up
 from experiments.bench.run.settings import check_counts, collect, schema_of
 from experiments.bench.run.streams import stream
@@ -366,8 +367,10 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
     files.write_json("fit.json", {
         "fit": fit.study.name, "summary": fit.study.summary, "sentences": lines, "winner": winner, "word": word,
         "share": {"kept": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
-        "looks": looks, "importance": importance(search), "failures": failures,
+        "looks": looks, "importance": importance(search),
     })  # fmt: skip
+    if failures:
+        files.write_json(FAILURES, failures)
     done = load(out)
     style.save(report.draw(done), out / "fit")
     return done

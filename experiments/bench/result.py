@@ -139,7 +139,7 @@ class Run:
         ``no word`` where too few replicates judged it again. ``share``: in how many settings of the even sample every
         claim is kept. ``luck``: the winner's slack in the search less that at fresh seeds. ``looks``: number of times
         that settings were judged at these. ``importance``: parameter -> its share of what varies in the slack.
-        ``sentences``: all that in words. ``failures``: everything that failed.
+        ``sentences``: all that in words.
         """
         return self._json("fit.json") or {}
 
@@ -170,7 +170,7 @@ class Run:
     @cached_property
     def failures(self) -> pl.DataFrame:
         """A row per trial, model in a trial, or recording that failed: trial, model, condition, seed, reason."""
-        return table(self._json("failures.json") or self.fitted.get("failures", []), FAILURE)
+        return table(self._json("failures.json"), FAILURE)
 
     @property
     def recordings(self) -> list[Path]:

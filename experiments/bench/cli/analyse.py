@@ -102,8 +102,8 @@ def sweep(
     result = sweeps.run(plan, folder, pool)
     if not quiet:
         show(result, folder)
-    told = tell_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
-    return options.EXIT_FAILED if result.failures or told else 0
+    broken = tell_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
+    return options.EXIT_FAILED if result.failures or broken else 0
 
 
 def _names(text: str | None) -> list[str] | None:
@@ -170,7 +170,7 @@ def fit(
     run = fits.run(asked, seed, folder, options.pool(workers, cluster, quiet))
     if not quiet:
         report.show(run)
-    return options.EXIT_FAILED if run.fitted["failures"] else 0
+    return options.EXIT_FAILED if run.failures.height else 0
 
 
 def leaderboard(
