@@ -127,6 +127,10 @@ MEASURES: Mapping[str, Callable[[Rows], Number]] = {
     SPIKES: mean_spikes,
 }
 """Name after ``--measure`` -> its function of the rows of a point."""
+GIVEN_BY: Mapping[str, Callable[[Sequence[Any]], bool]] = {
+    "peak-speed-potential": _crossings, "peak-speed-count": _crossings, "peak-hs": _rightward,
+}  # fmt: skip
+"""Name of a measure of one number at a point -> whether an experiment's conditions, or its clips, give it."""
 UNITS = {"peak-speed-potential": "cm/s", "peak-speed-count": "cm/s"}
 """Name of a measure -> its unit, where it has one."""
 
@@ -184,8 +188,7 @@ def chosen(
         else:
             if not any("hs" in model.channels for model in models):
                 raise UsageError(f"--measure {name}: it is about models that respond by direction")
-            gives = _crossings if name in UNITS else _rightward
-            giving = [(name, place, {}) for place, shown in conditions.items() if all(map(gives, shown))][:1]
+            giving = [(name, place, {}) for place, shown in conditions.items() if all(map(GIVEN_BY[name], shown))][:1]
         if not giving:
             raise UsageError(f"--measure {name}: none of {', '.join(conditions)} shows what it is of at every point")
         found += giving

@@ -307,8 +307,8 @@ def reproduce(
     own = [verdict for run in runs.values() if run.kind == "episodes" for verdict in run.verdicts]
     files = Files(folder)
     files.write_json("design.json", {
-        "seed": seed, "scale": dataclasses.asdict(scale), "parts": [*plans, *(done.study.name for done in studies)],
-        **design(plans),
+        "seed": seed, "scale": dataclasses.asdict(scale), **design(plans),
+        "parts": list(dict.fromkeys([*plans, *(counted.study.name for counted in studies)])),
     })  # fmt: skip
     files.write_json("claims.json", stored.document(paper))
     files.write_json("behaviours.json", stored.document(own))
@@ -471,7 +471,7 @@ def asked(models: Sequence[str]) -> list[tuple[Claim, str]]:
             known = ", ".join(model_claims())
             raise UsageError(f"--model {name}: no claims of its own paper are written down; they are of {known}, all")
         for claim in model_claims()[base]:
-            for label in claim.models if settings else ():
+            for label in sorted(claim.models) if settings else ():
                 claim = with_model(claim, label, f"{label}{',' if ':' in label else ':'}{settings}")
             found.append((claim, name))
     return found
@@ -517,13 +517,13 @@ def judge_models(
     found = []
     for claim, model in wanted:
         random = not model_clips.RANDOM.isdisjoint(claim.conditions.get("clip", ()))
-        outcomes = []
+        outcomes: list[Any] = []
         for repeat in range(SEEDS if random else 1):  # once, where nothing in it is random
             of_seed = [row for row in rows if row["experiment"] == "even" or row["repeat"] == repeat]
             if claim.conditions:
                 outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
             else:  # no clip tests it, and its judge says why
-                outcomes.append(dataclasses.replace(claim.ask(pl.DataFrame({"model": labels}), 0.0), n=0))
+                outcomes.append(claim.judge(pl.DataFrame({"model": labels}), 0.0))
         found.append(claim.verdict(outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures

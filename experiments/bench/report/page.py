@@ -58,30 +58,24 @@ MOST_FAILURES = 5
 
 def write(folder: Path) -> Path:
     """Write ``report.html`` and the robot's panels into the folder of a reproduction; return the page's path."""
-    there, names = {run.folder.name: run for run in load(folder).parts}, _design(folder)["parts"]
-    runs = [there[name] for name in names if name in there]
+    design = json.loads((folder / "design.json").read_text(encoding="utf-8"))  # of the last reproduction there alone
+    there = {run.folder.name: run for run in load(folder).parts}
+    runs = [there[name] for name in design["parts"] if name in there]
     if trials := {run.folder.name: whole_networks(run) for run in runs if run.done and run.folder.name in PAPER}:
         style.save(panels(trials), folder / "panels")
-    Files(folder).write_text("report.html", page(folder, runs))
+    Files(folder).write_text("report.html", page(folder, design, runs))
     return folder / "report.html"
 
 
-def _design(folder: Path) -> dict[str, Any]:
-    """Return what was run in the folder at last: it may have parts of an earlier, larger reproduction too."""
-    design: dict[str, Any] = json.loads((folder / "design.json").read_text(encoding="utf-8"))
-    return design
-
-
-def page(folder: Path, runs: Sequence[Run]) -> str:
-    """Return the page of a reproduction and its parts: HTML without scripts that needs nothing from outside."""
+def page(folder: Path, design: Mapping[str, Any], runs: Sequence[Run]) -> str:
+    """Return the page of a reproduction, its ``design.json`` and parts: HTML that needs nothing from outside."""
     pooled, readings, claims, own = (
         json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
         for name in ("pooled", "readings", "claims", "behaviours")
     )
-    design = _design(folder)
     verdicts = stored.verdicts(claims)
     rows = [_row(claim, pooled, readings) for claim in (*verdicts, *stored.verdicts(own))]
-    sections = group(_sections(folder, runs), "chapter")
+    sections = group(_sections(folder, design["parts"], runs), "chapter")
     drawn = {mark: name for run in runs for name, marks in run.description.get(RENDERERS, {}).items() for mark in marks}
     return render(
         "report/page.html.j2",
@@ -152,11 +146,11 @@ def _evidence(claim: Verdict, whole: Mapping[str, Any] | None) -> dict[str, str]
     }
 
 
-def _sections(folder: Path, runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
+def _sections(folder: Path, names: Sequence[str], runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
     """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
     parts = [(chapter, run.folder.name, _summary(run), run.folder / "figure.svg")
              for kind, chapter in CHAPTERS.items() for run in runs if run.kind == kind]  # fmt: skip
-    for path in (folder / f"{name}.json" for name in COUNTED if name in _design(folder)["parts"]):
+    for path in (folder / f"{name}.json" for name in COUNTED if name in names):
         study = json.loads(path.read_text(encoding="utf-8"))
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
         text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
