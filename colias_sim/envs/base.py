@@ -270,8 +270,11 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             self._renderer.show()
         info = self._info({})
         if drawn:
-            parts = (zip(FACTORS[name].parts, drawn[name], strict=True) for name in drawn)
-            info["randomised"] = {part: value for pairs in parts for part, value in pairs}
+            info["randomised"] = {
+                part: value
+                for name, values in drawn.items()
+                for part, value in zip(FACTORS[name].parts, values, strict=True)
+            }
         return self._observation(), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:

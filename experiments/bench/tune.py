@@ -173,9 +173,10 @@ def responses(shown: Sequence[Job], frames: pl.DataFrame) -> pl.DataFrame:
         for model in trial.models:
             if (own := potentials.get((trial.index, model.label))) is not None:
                 series = {name: own[name].to_numpy() for name in ("hs", "vs", "looming", "looming_spikes")}
-                own_response = curves.response(series, moving, point["direction_deg"], model.channels,
-                                       approach="l_over_v_s" in point, contact_s=contact_s)  # fmt: skip
-                rows.append({**point, "model": model.label, **own_response})
+                rows.append({**point, "model": model.label, **curves.response(
+                    series, moving, point["direction_deg"], model.channels,
+                    approach="l_over_v_s" in point, contact_s=contact_s,
+                )})  # fmt: skip
     return pl.DataFrame(rows, curves.points_schema(AXES))
 
 

@@ -78,8 +78,8 @@ def claim_on_clips(
             expected = OPPOSITE if test == "reversed" else {way: way for way in OPPOSITE}
             hits = sum(answer(row) == expected[row["motion"]] for row in mine)
             sign = "the other sign" if expected is OPPOSITE else "sign"
-            told = f"{hits} of {len(mine)} clips answered by the right system and {sign}"
-            return Outcome.of([Check(told, hits / len(mine), bound, "at least")])
+            answered = f"{hits} of {len(mine)} clips answered by the right system and {sign}"
+            return Outcome.of([Check(answered, hits / len(mine), bound, "at least")])
         if test in ("each", "none"):
             side: Needs = "at least" if test == "each" else "at most"
             outcome = Outcome.of([Check(text(row), value(row), bound, side) for row in mine])

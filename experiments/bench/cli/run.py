@@ -183,14 +183,13 @@ def live(
     seed: options.Seed = 0,
     port: Annotated[int, typer.Option(min=1, max=65535, help="Of the page, on this machine.")] = 8099,
 ) -> int:
-    r"""Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
+    """Show a trial while it runs, in a page: the camera's frame, HS and VS against T, spikes, and what a frame costs.
 
     Keys I and K drive the stimulus ahead and back, J and L turn it, X stops it; with shift they drive the observer.
     Space pauses, N is one frame, R begins again, C records. The model's parameters are sliders.
 
-    record writes a run of the trial since it began, which colias run --again repeats bit for bit. The command's own
-    model is dsnn. Needs viser: the extra [live]. Open the
-    address that it prints in a browser; Ctrl-C ends it.
+    A recording is a run of the trial since it began, which colias run --again repeats bit for bit. Without --model
+    the DSNN is shown. Open the address that it prints in a browser; Ctrl-C ends it. Needs viser: the extra [live].
     """
     import importlib.util
 

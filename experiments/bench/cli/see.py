@@ -228,8 +228,10 @@ def _names(kind: str) -> Mapping[str, str]:
             from experiments.bench.stats.claim import claim_ids, texts
             from experiments.claims.footage import CLAIM, STRONGER
 
-            notes = {name: " (the equations imply it)" * ("implied" in texts()[name]) for name in claim_ids()}
-            return {name: texts()[name]["title"] + note for name, note in notes.items()} | {f"{CLAIM}s": STRONGER}
+            every = {name: texts()[name]["title"] for name in claim_ids()}
+            implied = {name: f"{title} (the equations imply it)" for name, title in every.items()
+                       if "implied" in texts()[name]}  # fmt: skip
+            return every | implied | {f"{CLAIM}s": STRONGER}
         case "behaviours":
             from experiments.behaviours import BEHAVIOURS, GROUPS
 

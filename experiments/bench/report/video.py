@@ -112,9 +112,10 @@ class Reel:
             if entity == "__properties" and "RecordingInfo:name" in names:
                 self.name = str(batch["RecordingInfo:name"][0].as_py()[0])
             elif entity.startswith("__properties/"):
-                known = {name: batch[name][0].as_py() for name in names if not name.startswith("rerun.")}
-                told = {name.rpartition(":")[2]: value for name, value in known.items() if isinstance(value, list)}
-                self.properties |= {name: value[0] for name, value in told.items() if value}
+                for name in names:
+                    value = batch[name][0].as_py()
+                    if isinstance(value, list) and value and not name.startswith("rerun."):
+                        self.properties[name.rpartition(":")[2]] = value[0]
             elif entity == "world/arena/obstacles":
                 strips = [np.asarray(strip) for strip in batch["LineStrips3D:strips"][0].as_py()]
                 self.obstacles = [strip[:, :2] for strip in strips if not strip[:, 2].any()]

@@ -90,9 +90,14 @@ def in_words(failures: Iterable[Mapping[str, Any]]) -> list[str]:
     """Return rows of `FAILURE` as texts, grouped by their reason."""
     texts = []
     for (model, reason), (first, *others) in group(failures, "model", "reason").items():
-        trial, more = first["trial"], f"\nThe same in {len(others)} more" * bool(others)
-        what = f"{model} failed in trial {trial}" if model else f"trial {trial} failed"
-        what = f"trial {trial} has no recording" if model == RECORDING else what
+        trial = first["trial"]
+        if model == RECORDING:
+            what = f"trial {trial} has no recording"
+        elif model:
+            what = f"{model} failed in trial {trial}"
+        else:
+            what = f"trial {trial} failed"
+        more = f"\nThe same in {len(others)} more" if others else ""
         texts.append(f"{what} ({first['condition']}): {reason}{more}")
     return texts
 

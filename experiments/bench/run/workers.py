@@ -49,7 +49,7 @@ class Workers:
     Raises
     ------
     UsageError
-        There cannot be so many.
+        The number is not 0 up to the number of this machine's cores.
     """
 
     def __init__(self, number: int | None = None, cluster: str | None = None, *, quiet: bool = False) -> None:
