@@ -17,7 +17,7 @@ from .bench.sources.clips import ClipFigure as ClipFigure
 from .bench.sources.clips import OfflineExperiment as OfflineExperiment
 from .bench.sources.conditions import Condition as Condition
 from .bench.sources.conditions import Leg as Leg
-from .bench.sources.conditions import Path as Path
+from .bench.sources.conditions import Trajectory as Trajectory
 from .bench.sources.episodes import RecordRerun as RecordRerun
 from .bench.sources.experiment import Angular as Angular
 from .bench.sources.experiment import Clutter as Clutter
@@ -58,11 +58,11 @@ __all__ = [
     "Leg",
     "OfflineExperiment",
     "Outcome",
-    "Path",
     "RecordRerun",
     "Run",
     "Score",
     "Study",
+    "Trajectory",
     "Translation",
     "UsageError",
     "Verdict",

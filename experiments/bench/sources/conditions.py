@@ -112,7 +112,7 @@ class Leg:
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class Trajectory:
     """A path with its speeds, for the stimulus, the observer or a further robot of a trial.
 
     The origin is the camera of an observer that stands where it stands in every other trial, looking along x; y is its
@@ -139,8 +139,8 @@ class Path:
 
     Examples
     --------
-    >>> from experiments import Leg, Path
-    >>> accelerating = Path([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
+    >>> from experiments import Leg, Trajectory
+    >>> accelerating = Trajectory([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
     """
 
     legs: Annotated[Sequence[Leg], Field(min_length=1, max_length=MOST_LEGS), AfterValidator(tuple)]
@@ -149,13 +149,13 @@ class Path:
     heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
 
     @model_validator(mode="after")
-    def _check(self) -> Path:
+    def _check(self) -> Trajectory:
         if self.seconds > LONGEST_S:
             raise ValueError(f"the legs of a path take at most {LONGEST_S:g} s, got {self.seconds:.1f}")
         return self
 
     @classmethod
-    def of_time(cls, place: Callable[[float], tuple[float, float]], seconds: float) -> Path:
+    def of_time(cls, place: Callable[[float], tuple[float, float]], seconds: float) -> Trajectory:
         """Read a path from a function of time.
 
         The function is read a hundred times a second, here and now: so it may be any function, of any file.
@@ -169,7 +169,7 @@ class Path:
 
         Returns
         -------
-        Path
+        Trajectory
             The path; its heading is the direction of motion.
 
         Raises
@@ -180,8 +180,8 @@ class Path:
         Examples
         --------
         >>> import math
-        >>> from experiments import Path
-        >>> slalom = Path.of_time(lambda t: (9 + 2 * math.sin(2 * t), 8 - 4 * t), seconds=4)
+        >>> from experiments import Trajectory
+        >>> slalom = Trajectory.of_time(lambda t: (9 + 2 * math.sin(2 * t), 8 - 4 * t), seconds=4)
         """
         steps = max(round(seconds * SAMPLES_PER_S), 2)
         points = np.array([place(seconds * step / steps) for step in range(steps + 1)], float)
@@ -260,16 +260,16 @@ class Path:
         start = Pose(x - run_up * math.cos(heading), y - run_up * math.sin(heading), heading)
         return Route(start, tuple(stretches))
 
-    def mirrored(self) -> Path:
+    def mirrored(self) -> Trajectory:
         """Return the path with left and right exchanged.
 
         Returns
         -------
-        Path
+        Trajectory
             The mirror image in the observer's line of sight.
         """
         legs = tuple(dataclasses.replace(leg, turn_deg=-leg.turn_deg) for leg in self.legs)
-        return Path(legs, self.x_cm, -self.y_cm, -self.heading_deg)
+        return Trajectory(legs, self.x_cm, -self.y_cm, -self.heading_deg)
 
 
 def _at_knots(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -416,9 +416,9 @@ class Condition:
     observer_speed_cm_s: Annotated[float, Field(ge=-35.0, le=35.0)] = 0.0
     observer_turn_deg_s: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
     acceleration_cm_s2: Annotated[float, Field(ge=1.0, le=1000.0)] = START_CM_S2
-    path: Path | None = dataclasses.field(default=None, metadata=WHERE_SET)
-    observer: Path | None = dataclasses.field(default=None, metadata=WHERE_SET)
-    movers: Annotated[tuple[Path, ...], Field(max_length=6)] = dataclasses.field(default=(), metadata=WHERE_SET)
+    path: Trajectory | None = dataclasses.field(default=None, metadata=WHERE_SET)
+    observer: Trajectory | None = dataclasses.field(default=None, metadata=WHERE_SET)
+    movers: Annotated[tuple[Trajectory, ...], Field(max_length=6)] = dataclasses.field(default=(), metadata=WHERE_SET)
     hand: Hand | None = dataclasses.field(default=None, metadata=WHERE_SET)
 
     @model_validator(mode="after")
@@ -449,8 +449,8 @@ class Condition:
 
     @classmethod
     def along(
-        cls, motion: str, path: Path, *, direction: Direction | None = None, observer: Path | None = None,
-        movers: Sequence[Path] = (), acceleration_cm_s2: float = START_CM_S2, **looks: Any,
+        cls, motion: str, path: Trajectory, *, direction: Direction | None = None, observer: Trajectory | None = None,
+        movers: Sequence[Trajectory] = (), acceleration_cm_s2: float = START_CM_S2, **looks: Any,
     ) -> Condition:  # fmt: skip
         """Make a condition in which the stimulus takes a path of one's own.
 
@@ -482,8 +482,8 @@ class Condition:
 
         Examples
         --------
-        >>> from experiments import Condition, Leg, Path
-        >>> path = Path([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
+        >>> from experiments import Condition, Leg, Trajectory
+        >>> path = Trajectory([Leg(16, speed_cm_s=4, to_cm_s=20)], x_cm=8, y_cm=8, heading_deg=-90)
         >>> Condition.along("accelerating", path).label()
         'accelerating rightward, 12 cm/s at 8 cm'
         """

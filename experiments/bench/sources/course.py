@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import pathlib
 from collections.abc import Iterable, Sequence
 from itertools import combinations, product
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,7 @@ from colias_sim.config import RobotConfig, SceneConfig
 from colias_sim.motors import TOP_POWER, Motors
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.streams import stream
-from experiments.bench.sources.conditions import DEPTH, Condition, Hand, Path, pose_of
+from experiments.bench.sources.conditions import DEPTH, Condition, Hand, Trajectory, pose_of
 from experiments.bench.sources.experiment import Settings
 from scenes import ARENA_RADIUS_CM, ARENAS
 
@@ -101,7 +101,7 @@ def _by_hand(hand: Hand, settings: Settings) -> tuple[Course, Pose]:
     return {"stimulus": Schedule(Route(start, lasting), math.inf), "observer": Schedule(observer, math.inf)}, start
 
 
-def _scripted(condition: Condition, path: Path, settings: Settings) -> Course:
+def _scripted(condition: Condition, path: Trajectory, settings: Settings) -> Course:
     """Take the paths of a condition of one's own."""
     acceleration, ahead = condition.acceleration_cm_s2 / 100, settings.camera.forward_cm
     route = path.stimulus_route(condition.acceleration_cm_s2, ahead)
@@ -237,11 +237,11 @@ def files(scene: SceneConfig) -> list[str]:
     UsageError
         The arena cannot be read.
     """
-    pictures = [str(pathlib.Path(path).resolve()) for path in (scene.wall, scene.shell_picture) if path]
+    pictures = [str(Path(path).resolve()) for path in (scene.wall, scene.shell_picture) if path]
     return [*map(str, _own_files(scene.arena)), *pictures]
 
 
-def _own_files(source: str) -> dict[pathlib.Path, str]:
+def _own_files(source: str) -> dict[Path, str]:
     """List a user's own files of an arena with their digests; `UsageError` where it is refused."""
     try:
         return arena_files(source)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from experiments import Condition, Experiment, Leg, Path, UsageError
+from experiments import Condition, Experiment, Leg, Trajectory, UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.experiment import Listed, Settings
 from experiments.bench.sources.robot import RobotTrial
@@ -32,7 +32,7 @@ def planned(*conditions, assignments=()):
 
 
 def crossing(speed=4.0, to=20.0, length=20.0, **place):
-    return Path([Leg(length, speed, to)], **{"x_cm": 8.0, "y_cm": 10.0, "heading_deg": -90.0, **place})
+    return Trajectory([Leg(length, speed, to)], **{"x_cm": 8.0, "y_cm": 10.0, "heading_deg": -90.0, **place})
 
 
 def slalom(t):
@@ -52,7 +52,7 @@ def test_an_accelerating_crossing_is_where_its_speed_takes_it():
 
 
 def test_a_mirrored_path_has_left_and_right_exchanged():
-    path = Path([Leg(6, 6), Leg(turn_deg=60, seconds=0.5), Leg(6, 6)], x_cm=8.0, y_cm=9.0, heading_deg=-120.0)
+    path = Trajectory([Leg(6, 6), Leg(turn_deg=60, seconds=0.5), Leg(6, 6)], x_cm=8.0, y_cm=9.0, heading_deg=-120.0)
     assert [Condition.along("zig-zag", p).direction for p in (path, path.mirrored())] == ["rightward", "leftward"]
     for way in (0.02, 0.08, 0.12):
         one, other = (p.stimulus_route(1.0).point(way) for p in (path, path.mirrored()))
@@ -61,12 +61,12 @@ def test_a_mirrored_path_has_left_and_right_exchanged():
 
 @pytest.mark.parametrize(("x_cm", "heading_deg"), [(16.0, 180.0), (6.0, 0.0)], ids=["approach", "recession"])
 def test_a_path_s_distance_is_that_of_its_nearest_place(x_cm, heading_deg):
-    assert Condition.along("mine", Path([Leg(10, 5)], x_cm, 0.0, heading_deg)).distance_cm == 6.0
+    assert Condition.along("mine", Trajectory([Leg(10, 5)], x_cm, 0.0, heading_deg)).distance_cm == 6.0
 
 
 def test_a_function_of_time_is_followed():
     """The stimulus comes through the places of the function, in its time."""
-    path = Path.of_time(slalom, seconds=4)
+    path = Trajectory.of_time(slalom, seconds=4)
     result = result_of(Condition.along("slalom", path))
     times = np.linspace(0.0, 4.0, 2001)
     places = np.array([slalom(t) for t in times])
@@ -81,7 +81,7 @@ def test_a_function_of_time_is_followed():
 
 def test_observer_and_movers_take_their_paths():
     """An observer that turns 20 degrees in an arc while a mover crosses behind the stimulus, seen darker there."""
-    seer = Path([Leg(4, 2, turn_deg=20)])
+    seer = Trajectory([Leg(4, 2, turn_deg=20)])
     mover = crossing(5, 5, x_cm=20.0)
     with_mover, without = (
         result_of(Condition.along("pair", crossing(6, 6), observer=seer, movers=movers), maps=True, camera=QUIET)
@@ -101,12 +101,12 @@ def test_observer_and_movers_take_their_paths():
 ARC, SPOT = Leg(0.5, 6, turn_deg=180), Leg(turn_deg=90, seconds=0.05)
 REFUSED = {
     "beyond the arena": (crossing(6, 6, length=60), "arena ends at 45"),
-    "faster than the wheels": (Path([Leg(20, 6), Leg(2, 40)], 8, 10, -90), "at most 33.25"),
-    "turning faster": (Path([Leg(5, 6), SPOT, Leg(5, 6)], 8, 6, -90), "wheel"),
-    "a bend too narrow": (Path([ARC], 10, 2, -90), "wheel"),
-    "a function too fast": (Path.of_time(lambda t: (9, 8 - 40 * t), 0.4), "wheel"),
+    "faster than the wheels": (Trajectory([Leg(20, 6), Leg(2, 40)], 8, 10, -90), "at most 33.25"),
+    "turning faster": (Trajectory([Leg(5, 6), SPOT, Leg(5, 6)], 8, 6, -90), "wheel"),
+    "a bend too narrow": (Trajectory([ARC], 10, 2, -90), "wheel"),
+    "a function too fast": (Trajectory.of_time(lambda t: (9, 8 - 40 * t), 0.4), "wheel"),
     "never in view": (crossing(6, 6, x_cm=-15.0), "never in view"),
-    "into the observer": (Path([Leg(15, 6)], 16, 0, 180), "touch"),
+    "into the observer": (Trajectory([Leg(15, 6)], 16, 0, 180), "touch"),
     "below the dead band": (crossing(0.5, 0.5), "stand"),
 }
 
