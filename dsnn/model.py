@@ -15,8 +15,6 @@ import numpy.typing as npt
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 
 FloatMap = npt.NDArray[np.floating]
-Frames = Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]]
-"""A (T, R, C) array, or any iterable of frames, or of pairs of a frame's time in s and the frame."""
 USUAL_FPS = 30.0
 """Frame rate for which the models' constants were chosen."""
 P = TypeVar("P")
@@ -300,7 +298,9 @@ class Model(ABC, Generic[P]):
     def reset(self) -> None:
         """Return to the state before the first frame."""
 
-    def run(self, frames: Frames, *, channels: Channels = "grey") -> ResponseSeries:
+    def run(
+        self, frames: Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]], *, channels: Channels = "grey"
+    ) -> ResponseSeries:
         """Reset the model, then respond to every frame of a clip.
 
         Parameters
