@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import importlib.util
 from collections.abc import Callable
 from pathlib import Path
@@ -13,15 +12,16 @@ import gymnasium as gym
 import numpy as np
 import polars as pl
 import pytest
-import rerun as rr
 
 import experiments
 from dsnn import Response
 from dsnn.model import SPIKING
 from experiments.bench.cli.main import command
+from experiments.bench.report.video import Reel
 from experiments.bench.run.models import choose
+from experiments.bench.sources.episodes import play, record
 from tests.helpers.answering import write_model
-from tests.helpers.envs import end_after
+from tests.helpers.envs import FIXATION
 from tests.helpers.footage import write
 
 FRAMES = 12
@@ -30,99 +30,68 @@ ANSWER = """Response(
             vs=(v := (-3, 0, 0, 1)[self.frame % 4]) / 4, vs_spikes=v,
             looming=0.5 + (n := (0, 1)[self.frame % 2]) / 4, looming_spikes=n,
         )"""
-BEHAVIOUR = """
-from experiments import Behaviour
-
-BEHAVIOUR = Behaviour("turns", "turns", "Fixation", lambda rng: lambda seen: (0.1, -0.1), model="both.py")
-"""
-CLIP = """
-from experiments import Clip, OfflineExperiment
-
-EXPERIMENT = OfflineExperiment("one", "one clip", (Clip("c", "plain", {"rows": 60, "columns": 80}),), ("both.py",))
-"""
+MODEL = {"models": "both.py", "only": True, "out": "run", "quiet": True}
 SPIKES = tuple(f"{channel}_spikes" for channel in SPIKING)
-Table = dict[str, list[int]]
-"""Column of spikes -> its values, frame by frame."""
+Marked = tuple[Path, pl.DataFrame]
+"""A recording, and a table with the spikes frame by frame."""
 
 
-def table_of(path: Path) -> Table:
-    table = pl.read_parquet(path)
-    return {name: table[name].to_list() for name in SPIKES}
+def of_run(run: experiments.Run | experiments.Footage) -> Marked:
+    (recording,) = run.recordings
+    return recording, run.frames
 
 
-def run(folder: Path) -> tuple[Path, Table]:
-    (recording,) = (folder / "run" / "recordings").iterdir()
-    return recording, table_of(folder / "run" / "frames.parquet")
+def robot() -> Marked:
+    settings = {"experiment.speeds_cm_s": [30], "experiment.direction": "rightward"}
+    return of_run(experiments.run("speed", repeats=1, settings=settings, workers=0, **MODEL))
 
 
-def colias(*arguments: Any) -> None:
-    assert command([str(argument) for argument in (*arguments, "--quiet")]) == 0
+def clip() -> Marked:
+    clips = (experiments.Clip("c", "plain", {"rows": 60, "columns": 80}),)
+    return of_run(experiments.run(experiments.OfflineExperiment("one", "", clips, ("both.py",)), workers=0, **MODEL))
 
 
-def RobotTrial(folder: Path) -> tuple[Path, Table]:
-    crossing = ("--set", "experiment.speeds_cm_s=30", "--set", "experiment.direction=rightward")
-    colias("run", "speed", "--repeats", 1, *crossing, "--only", "--model", "both.py", "--workers", 0, "--out", "run")
-    return run(folder)
+def footage() -> Marked:
+    write(Path("film.avi"), [np.full((60, 80, 3), 20 * frame, np.uint8) for frame in range(FRAMES)])
+    return of_run(experiments.watch("film.avi", **MODEL))
 
 
-def clip(folder: Path) -> tuple[Path, Table]:
-    (folder / "one.py").write_text(CLIP)
-    colias("run", "one.py", "--workers", 0, "--out", "run")
-    return run(folder)
+def episode() -> Marked:
+    turns = experiments.Behaviour("turns", "", FIXATION, lambda rng: lambda seen: (0.1, -0.1), model="both.py")
+    played = play(turns, FIXATION, {}, 0, FRAMES)
+    Path("episode.rrd").write_bytes(record(played))
+    return Path("episode.rrd"), played.steps(0)
 
 
-def footage(folder: Path) -> tuple[Path, Table]:
-    write(folder / "film.avi", [np.full((60, 80, 3), 20 * frame, np.uint8) for frame in range(FRAMES)])
-    colias("watch", "film.avi", "--no-view", "--only", "--model", "both.py", "--out", "run")
-    return run(folder)
-
-
-def episode(folder: Path) -> tuple[Path, Table]:
-    (folder / "turns.py").write_text(BEHAVIOUR)
-    with pytest.MonkeyPatch.context() as patch:
-        end_after(FRAMES, patch)
-        colias("behave", "turns.py", "--episodes", 1, "--no-baselines", "--workers", 0, "--out", "run")
-    return run(folder)
-
-
-def recorded_env(folder: Path) -> tuple[Path, Table]:
+def recorded_env() -> Marked:
     made = gym.make("colias_sim/Pursuit-v0", observation="neural", model="both.py", max_episode_steps=FRAMES)
-    env = experiments.RecordRerun(made, folder / "env.rrd")
+    env = experiments.RecordRerun(made, "env.rrd")
     env.reset(seed=0)
     answers = [(env.step(np.zeros(2, np.float32)), made.unwrapped.response)[1] for _ in range(FRAMES)]
     env.close()
-    return folder / "env.rrd", {name: [getattr(a, name) for a in answers] for name in SPIKES}
+    return Path("env.rrd"), pl.DataFrame({name: [getattr(answer, name) for answer in answers] for name in SPIKES})
 
 
-def log(folder: Path) -> tuple[Path, Table]:
-    spikes = {"hs_spikes": [0, 2, -1, 0] * 3, "vs_spikes": [-3, 0, 0, 1] * 3, "looming_spikes": [0, 1] * 6}
-    with (folder / "log.csv").open("w", newline="") as file:
-        lines = csv.writer(file)
-        lines.writerow(["trial", "speed_cm_s", "model", "time_s", "hs", "vs", "looming", *spikes])
-        for frame, (hs, vs, looming) in enumerate(zip(*spikes.values(), strict=True)):
-            cells = (hs / 4, vs / 4, 0.5 + looming / 4, hs, vs, looming)
-            lines.writerow([0, 6, "hybrid", (frame + 1) / 30, *cells])
-    colias("import", "log.csv", "--out", "run")
-    return run(folder)
+def log() -> Marked:
+    hs, vs, looming = [0, 2, -1, 0] * 3, [-3, 0, 0, 1] * 3, [0, 1] * 6
+    frames = pl.DataFrame({"hs_spikes": hs, "vs_spikes": vs, "looming_spikes": looming})
+    frames.with_columns(
+        hs=pl.col("hs_spikes") / 4, vs=pl.col("vs_spikes") / 4, looming=0.5 + pl.col("looming_spikes") / 4,
+        trial=0, speed_cm_s=6, model=pl.lit("hybrid"), time_s=pl.Series(range(1, 13)) / 30,
+    ).write_csv("log.csv")  # fmt: skip
+    assert command(["import", "log.csv", "--out", "run", "--quiet"]) == 0
+    return of_run(experiments.load("run"))
 
 
-KINDS = (RobotTrial, clip, footage, episode, recorded_env, log)
-
-
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[Path], Any], tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind", [robot, clip, footage, episode, recorded_env, log])
+def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[], Marked], tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_model(tmp_path, "both", ANSWER, ", channels=('hs', 'vs', 'looming')")
-    path, table = kind(tmp_path)
-    model = "hybrid" if kind is log else "both"
-    assert all({-1, 1} <= set(np.sign(table[name])) for name in ("hs_spikes", "vs_spikes"))
+    path, table = kind()
+    (marks,) = Reel(path).values.values()
     for channel, name in zip(SPIKING, SPIKES, strict=True):
-        entity = f"/models/{model}/spikes/{channel}"
-        chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
-        batches = [chunk.to_record_batch() for chunk in chunks]
-        frames = [frame for batch in batches for frame in batch["frame"].to_pylist()]
-        counts = [count for batch in batches for (count,) in batch["Scalars:scalars"].to_pylist()]
-        assert [count for _, count in sorted(zip(frames, counts, strict=True))] == table[name]
+        assert marks[f"spikes/{channel}"][1].tolist() == table[name].to_list()
+        assert {*np.sign(table[name])} == ({0, 1} if channel == "looming" else {-1, 0, 1})
 
 
 @pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'")
