@@ -174,9 +174,3 @@ def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     assert (others.seed, others.study.replicates) == (8, 4), "replicate 0 is not run twice"
     assert len(others.specs) == 4 * sum(len(plans[name].specs) for name in registry.paper_experiments())
     assert {plans[name].description["repeats"] for name in OFFLINE} == {1, 5}
-
-
-def test_a_claim_that_nothing_declares_or_shows_says_what_it_takes(monkeypatch):
-    monkeypatch.setattr(registry, "answering", dict)
-    measured = {verdict.id: verdict.outcome.measured for verdict in verdicts([], [])}
-    assert len({measured[claim] for claim in ("C12", "C15", "C1")}) == 3

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from unittest.mock import Mock
+
 import cv2
 import numpy as np
 import pytest
 
-from experiments.bench.cli import main
 from experiments.bench.report import video
 from experiments.bench.report.recordings import pictures_of
 from experiments.bench.report.video import Canvas, Reel, changes, film_times, make, strip
-from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, STILL
 from experiments.bench.sources.episodes import load_behaviour, play
@@ -52,10 +52,9 @@ def test_an_episode_is_read_back_as_it_was(tmp_path):
     reel = Reel(tmp_path / "episode.rrd")
     assert len(list(pictures_of(reel.path, SEEN))) == len(reel.time_s) == 8
     for name, places in episode.poses.items():
-        poses = np.array(places)
-        np.testing.assert_allclose(reel.tracks[name][1:3].T, poses[:, :2], atol=1e-4)
-        turned = np.angle(np.exp(1j * (reel.tracks[name][3] - np.radians(poses[:, 2]))))
-        np.testing.assert_allclose(turned, 0.0, atol=1e-4)
+        x, y, heading = np.transpose(places)
+        np.testing.assert_allclose(reel.tracks[name][1:3], [x, y], atol=1e-4)
+        np.testing.assert_allclose(np.exp(1j * reel.tracks[name][3]), np.exp(1j * np.radians(heading)), atol=1e-4)
 
 
 def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
@@ -106,8 +105,6 @@ def test_models_are_those_asked_for_otherwise_the_first(tmp_path):
     path = written(tmp_path / "many.rrd")
     assert list(Reel(path).values) == [model.label for model in CONTENT.models][: video.MOST_MODELS]
     assert list(Reel(path, ["a/b@c", "emd"]).values) == ["a/b@c", "emd"]
-    with pytest.raises(UsageError, match="emd"):
-        Reel(path, ["emdd"])
 
 
 def test_times_of_a_film(trial):
@@ -127,11 +124,8 @@ def test_a_film_has_every_frame_and_no_file_is_left_of_one_that_breaks_off(trial
         assert len(decoded(out)) == count
     out.unlink()
 
-    def fail() -> None:
-        raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        make(reel, out, SIZE, rate=10.0, advance=fail)
+        make(reel, out, SIZE, rate=10.0, advance=Mock(side_effect=KeyboardInterrupt))
     assert not list(tmp_path.iterdir())
 
 
@@ -145,10 +139,3 @@ def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     canvas.strip(moments, list(reel.seen(moments)))
     for column, k in zip(canvas.panels, (0, result.frames // 2, -1), strict=True):
         np.testing.assert_array_equal(column[SEEN].images[0].get_array(), result.media.images[""][k])
-
-
-@pytest.mark.parametrize(("name", "more"), [("a.mp4", ("--speed", "0")), ("a.gif", ()), ("a.mp4", ("--seed", "3"))])
-def test_wrong_uses_are_refused(trial, tmp_path, name, more):
-    with pytest.raises(UsageError):
-        main.command(["video", str(trial[1]), "--out", str(tmp_path / name), *more])
-    assert not list(tmp_path.iterdir())
