@@ -5,22 +5,19 @@ import math
 
 import pytest
 
-from colias_sim import CameraConfig, Robot, RobotConfig, SceneConfig
-from experiments.bench.run.models import choose
+from colias_sim import Robot, RobotConfig
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
-from experiments.bench.sources.experiment import Settings
 from experiments.bench.sources.judge import flaws
-from experiments.bench.sources.robot import RobotTrial
+from tests.bench.robot.test_trial import trial_of
 from tests.helpers.played import Played
 
 COLIAS4 = RobotConfig.preset("colias4")
 CROSSING = Condition("translation", "rightward", 10.0, 8.0)
 
 
-def driven(robot: RobotConfig, condition: Condition = CROSSING, seed: int = 5) -> Played:
-    settings = Settings((choose("dsnn"),), robot, CameraConfig(), SceneConfig(), 1.0, 1.0)
-    return Played(RobotTrial("test", 0, 0, seed, condition, settings))
+def driven(robot: RobotConfig) -> Played:
+    return Played(trial_of(CROSSING, robot=robot))
 
 
 def rows(result: Played) -> list[dict]:

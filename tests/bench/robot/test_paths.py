@@ -5,26 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from colias_sim import CameraConfig
 from experiments import Condition, Experiment, Leg, Trajectory, UsageError
-from experiments.bench.run.models import choose
-from experiments.bench.sources.experiment import Listed, Settings
-from experiments.bench.sources.robot import RobotTrial
+from experiments.bench.sources.experiment import Listed
 from experiments.bench.trials import plan
+from tests.bench.robot.test_trial import trial_of
 from tests.helpers.played import Played
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
 
 
-def settings(**changes) -> Settings:
-    return Settings((choose("dsnn"),), **{
-        "robot": RobotConfig(), "camera": CameraConfig(), "scene": SceneConfig(), "pose_sd_mm": 0.0,
-        "heading_sd_deg": 0.0, **changes,
-    })  # fmt: skip
-
-
 def result_of(condition, *, maps=False, **changes):
-    return Played(RobotTrial("test", 0, 0, 5, condition, settings(**changes)), maps=maps)
+    return Played(trial_of(condition, pose_sd_mm=0.0, heading_sd_deg=0.0, **changes), maps=maps)
 
 
 def planned(*conditions, assignments=()):
@@ -115,6 +107,5 @@ REFUSED = {
 def test_what_no_robot_can_do_is_refused_before_any_trial(name):
     path, words = REFUSED[name]
     assignments = ["robot.preset=colias4"] if "dead band" in name else []
-    with pytest.raises(UsageError, match=words) as caught:
+    with pytest.raises(UsageError, match=words):
         planned(Condition.along("mine", path), assignments=assignments)
-    assert "\n" not in str(caught.value)
