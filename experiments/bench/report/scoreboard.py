@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from string import ascii_lowercase
 from typing import Any
 
-import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -50,11 +49,7 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
                             color=style.HUES[0], elinewidth=1.2, zorder=2, clip_on=False)  # fmt: skip
             axes.set_title(style.wrapped(f"{letter}  {labels[name]}", style.WIDTH / across - 0.4))
             if "µs" in labels[name]:
-                decades = np.log10(rows.select(name, f"{name}_low", f"{name}_high").to_numpy())
                 axes.set_xscale("log")
-                axes.set_xlim(10.0 ** np.floor(np.nanmin(decades)), 10.0 * 10.0 ** np.floor(np.nanmax(decades)))
-                axes.xaxis.set_major_formatter("{x:g}")
-                axes.xaxis.minorticks_off()
             else:
                 axes.set_xlim(0.0, None if "(" in labels[name] else 1.0)
                 axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import struct
 import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,7 +21,7 @@ from dsnn.field_docs import parameters, unit
 from dsnn.onboard.header import header
 from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
-from experiments.bench.robot_side.qemu import COMPILER, Q15, Emulator
+from experiments.bench.robot_side.qemu import COMPILER, Q15, SIZE, Emulator
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.settings import changed, collect
 from experiments.bench.run.streams import stream
@@ -144,16 +143,9 @@ def build(program: Program, folder: Path) -> Path:
 
 
 def elf_sections(path: Path) -> dict[str, int]:
-    """Return the bytes of each section of a 32-bit ELF file that takes memory of the chip."""
-    data = path.read_bytes()
-    table, size, number, names = struct.unpack_from("<I10xHHH", data, 32)
-    rows = [struct.unpack_from("<10I", data, table + size * i) for i in range(number)]
-    sizes: dict[str, int] = {}
-    for name, _, flags, _, _, length, *_ in rows:
-        start = rows[names][4] + name
-        if flags & 0x2 and length:  # SHF_ALLOC
-            sizes[data[start : data.index(b"\0", start)].decode()] = length
-    return sizes
+    """Return the bytes of each section of an ELF file."""
+    listed = subprocess.run([SIZE, "-A", path], capture_output=True, text=True, check=True).stdout
+    return {name: int(size) for name, size in re.findall(r"^(\.\S+) +(\d+) ", listed, re.MULTILINE)}
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from experiments.bench.run.errors import UsageError
 
-GCC, QEMU = "arm-none-eabi-gcc", "qemu-system-arm"
+GCC, SIZE, QEMU = "arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm"
 # Freestanding: there is no C library. Even so memcpy of a few bytes is an instruction, by the compiler's own knowledge
 # of it (-fbuiltin); what is longer calls memory.c.
 COMPILER = (
