@@ -226,12 +226,9 @@ def _names(kind: str) -> Mapping[str, str]:
             return cameras | {f"robot.preset={name}": text for name, text in RobotConfig.preset_summaries().items()}
         case "claims":
             from experiments.bench.stats.claim import claim_ids, texts
-            from experiments.claims.footage import CLAIM, STRONGER
 
-            every = {name: texts()[name]["title"] for name in claim_ids()}
-            implied = {name: f"{title} (the equations imply it)" for name, title in every.items()
-                       if "implied" in texts()[name]}  # fmt: skip
-            return every | implied | {f"{CLAIM}s": STRONGER}
+            implied = {name: " (the equations imply it)" if "implied" in texts()[name] else "" for name in claim_ids()}
+            return {name: texts()[name]["title"] + note for name, note in implied.items()}
         case "behaviours":
             from experiments.behaviours import BEHAVIOURS, GROUPS
 

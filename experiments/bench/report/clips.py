@@ -129,11 +129,8 @@ def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
         return threshold_finding(trials, thresholds)
     signs = {"peak": 1.0, "trough": -1.0}
     reached = {way: signs[column.split("_")[0]] * pl.col(column) for way, column in WAYS.items()}
-    signal = pl.coalesce(pl.when(motion=way).then(value) for way, value in reached.items())
-    others = pl.coalesce(
-        pl.when(motion=way).then(pl.max_horizontal(value for other, value in reached.items() if other != way))
-        for way in reached
-    )
+    signal = pl.max_horizontal(pl.when(motion=way).then(value) for way, value in reached.items())
+    others = pl.max_horizontal(pl.when(pl.col("motion") != way).then(value) for way, value in reached.items())
     so = (signal > 0.0) & (signal > others)  # a model at its ceiling both ways tells nothing
     return counted("The largest potential has the direction of the motion", moving, so, "translations")
 
@@ -190,8 +187,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             if place % across == 0:
                 style.row_name(axes, model)
             axes.set_xlabel("time (s)" if row == len(models) - 1 else "", fontsize=style.SMALL)
-    drawn.legend(keys.values(), keys, loc="outside lower right", ncols=len(keys), frameon=False, labelcolor="linecolor",
-                 fontsize=style.SMALL)  # fmt: skip
+    drawn.legend(keys.values(), keys, loc="outside right upper", frameon=False, fontsize=style.SMALL, handlelength=1.0)
     drawn.supylabel("potential", fontsize=style.BODY)
     style.headline(drawn, direction_finding(trials, thresholds))
     return drawn

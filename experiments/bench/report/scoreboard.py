@@ -50,6 +50,7 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
             axes.set_title(style.wrapped(f"{letter}  {labels[name]}", style.WIDTH / across - 0.4))
             if "µs" in labels[name]:
                 axes.set_xscale("log")
+                style.plain_numbers(axes, axes.dataLim.intervalx)
             else:
                 axes.set_xlim(0.0, None if "(" in labels[name] else 1.0)
                 axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))

@@ -24,7 +24,7 @@ from matplotlib.patheffects import withStroke
 from experiments.bench.run import provenance
 from experiments.bench.run.files import NAME, replacing
 from experiments.bench.run.parameters import in_words
-from experiments.bench.stats.tests import summarise
+from experiments.bench.stats.tests import summarise, written
 
 WIDTH, PAGE = 7.16, 11.0
 """Width of a figure (both columns of IEEE's page) and the most that it is high, inches."""
@@ -219,9 +219,9 @@ def decades(axes: Axes, values: npt.ArrayLike) -> None:
 
 def plain_numbers(axes: Axes, ticks: Sequence[float] = ()) -> None:
     """Write the numbers of a logarithmic x axis as they are, at its decades or at the ``ticks``."""
-    if ticks:
+    if len(ticks):
         axes.set_xticks(ticks)
-    axes.xaxis.set_major_formatter("{x:.2g}")
+    axes.xaxis.set_major_formatter(lambda number, _: written(number))
     axes.xaxis.minorticks_off()
 
 

@@ -57,14 +57,14 @@ def finding(cells: pl.DataFrame) -> str:
     a grid that judges several claims their row together counts.
     """
     whole = cells.filter(what=TOGETHER)
-    claims, who = (cells.filter("judged"), "claims hold") if whole.is_empty() else (whole, "all claims hold")
+    claims, who = (cells.filter("judged"), "Claims hold") if whole.is_empty() else (whole, "All claims hold")
     value = claims["value"].cast(float)
     kept = f"{who} in every replicate in {(value == 1.0).sum()} of {len(value)} cells"
     phrases = [f"{kept}, {value.is_nan().sum()} not judged"] * (len(value) > 0)
     measures = cells.filter(~pl.col("judged")).drop_nulls("value")
     for (name,), of in style.by(measures.with_columns(pl.col("what").str.split(":").list.first()), "what"):
         phrases.append(f"{name} from {of['value'].min():.3g} to {of['value'].max():.3g}")
-    return style.sentence("; ".join(phrases)) or "Nothing was measured"
+    return "; ".join(phrases) or "Nothing was measured"
 
 
 def _cells(result: Any) -> pl.DataFrame:
