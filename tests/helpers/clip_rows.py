@@ -11,7 +11,7 @@ BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")
 T = {"emd": None, **dict.fromkeys(("dsnn", "dsn2017", *BLOCKED, *FEWER, *WITHOUT), 0.16)}
 """Thresholds of the models."""
-DIRECTIONS = ("rightward", "leftward")
+DIRECTIONS, DEPTH = ("rightward", "leftward"), ("looming", "receding")
 PAIRS = ("on-on", "off-off", "on-off", "off-on")
 
 
@@ -29,19 +29,12 @@ def both_shades(rows):
             (("dark", 0.0), ("light", 255.0)) for clip_row in rows]  # fmt: skip
 
 
-def translations(right=0.2, left=-0.2, down=0.2, up=-0.2, aside=0.05):
-    return both_shades([
-        row("right", motion="rightward", peak_hs=right, peak_vs=aside),
-        row("left", motion="leftward", trough_hs=left, peak_vs=aside),
-        row("down", motion="downward", peak_vs=down, trough_hs=-aside),
-        row("up", motion="upward", trough_vs=up, peak_hs=aside),
-    ])  # fmt: skip
-
-
-def depth(receding=-0.15):
-    return both_shades([
-        row("l", motion="looming", peak_hs=0.15), row("r", motion="receding", trough_vs=receding)
-    ])  # fmt: skip
+def translations():
+    rows = []
+    for motion, (column, sign) in SIGNED.items():
+        aside = "peak_vs" if column.endswith("hs") else "peak_hs"
+        rows.append(row(motion, motion=motion, **{column: 0.2 * sign, aside: 0.05}))
+    return both_shades(rows)
 
 
 def blocked(on, off, whole=0.2):
@@ -53,9 +46,9 @@ def blocked(on, off, whole=0.2):
     ]
 
 
-def grid(model, peak, vs=0.0):
+def grid(model, peak):
     return [
-        row(f"{g} {s} {b}", model, grey=g, speed=s, background_speed=b, peak_hs=peak(s, b), peak_vs=vs)
+        row(f"{g} {s} {b}", model, grey=g, speed=s, background_speed=b, peak_hs=peak(s, b))
         for g in (0.0, 255.0)
         for b in (-2.0, -4.0, -6.0, -8.0, -10.0)
         for s in (40.0, 80.0, 120.0)
@@ -125,10 +118,9 @@ def alone(factor=2.5):
     ]  # fmt: skip
 
 
-def over(background, motions, **peaks):
+def over(behind, motions, **peaks):
     return [
-        row(f"{motion} {behind}", model, motion=motion, background_speed=behind, **peak)
-        for behind in background
+        row(motion, model, motion=motion, background_speed=behind, **peak)
         for motion in motions
         for model, peak in peaks.items()
     ]
@@ -153,9 +145,11 @@ def enough(claim):
     valley = greys(lambda g, s: (abs(g - 128) + 10) * s / 1e5)
     ground = [row("alone", model, object="absent", peak_hs=hs) for model, hs in (("emd", 0.35), ("dsnn", 0.0))]
     return {
-        "C1": translations(), "C2": translations(), "C3": depth(), "C4": blocked(0.1, 0.1),
-        "C5": over((8.0,), ("looming", "receding"), dsnn={"peak_hs": 0.1}, dsn2017={"trough_vs": -0.9}),
-        "C6": both_shades(over((-8.0,), ("rightward",), dsnn={"peak_hs": 0.2}, dsn2017={"peak_vs": 0.9})),
+        "C1": translations(), "C2": translations(),
+        "C3": both_shades(over(-8.0, DEPTH, dsnn={"peak_hs": 0.15, "trough_vs": -0.15})),
+        "C4": blocked(0.1, 0.1),
+        "C5": over(8.0, DEPTH, dsnn={"peak_hs": 0.1}, dsn2017={"trough_vs": -0.9}),
+        "C6": both_shades(over(-8.0, ("rightward",), dsnn={"peak_hs": 0.2}, dsn2017={"peak_vs": 0.9})),
         "C7": grid("dsnn", lambda s, b: s / 400 - b / 1000) + wavering,
         "C8": grid("dsnn", lambda s, b: s / 400),
         "C9": valley, "C10": valley,
