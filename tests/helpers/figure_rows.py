@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from experiments.bench.report import robot as robot_figure
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
-from experiments.bench.sources.excitation import BALANCED, CURVES, WHOLE
 
 FRAMES = 12
 
@@ -64,30 +63,6 @@ SPEEDS = [{"speed_cm_s": speed} for speed in (2.0, 4.0, 6.0, 8.0, 10.0)]
 def drawn_robot(kind: str, rows: Sequence[Any], varies: str = "speed_cm_s", table: Any = ()) -> Figure:
     limits = {row["model"]: None if row["model"] == "emd" else 0.16 for row in rows}
     return robot_figure.draw(kind, rows, robot_frames(rows), varies, limits, "speed, leaves arena", table)
-
-
-ANGLES = (-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0)
-
-
-def excitations() -> pl.DataFrame:
-    """Seven conditions of three trials."""
-    rise = np.hanning(FRAMES)
-    fires = {"firing": 3 * (rise > 0.8), "firing_w_i_1": 0 * (rise > 0.8)}
-    usual = {"motion": "approach", "distance_cm": 8.0, "speed_cm_s": 6.0, "direction": "rightward", "w_i": 0.7, "n": 3}
-    shown = {name: (1.0 - 0.1 * place) * rise for place, name in enumerate(CURVES)}
-    spread = {f"{name}_sd": 0.1 * rise for name in CURVES}
-    return pl.concat(
-        pl.DataFrame({"sim_time_s": np.arange(FRAMES) / 30.0, **shown, **spread, **fires}).with_columns(
-            angle_deg=pl.lit(angle), **{name: pl.lit(value) for name, value in usual.items()}
-        )
-        for angle in ANGLES
-    )
-
-
-def excitation(models: Sequence[str]) -> Figure:
-    """It is about one network, whatever else is shown."""
-    rows = robot_rows((WHOLE, BALANCED), [{"motion": "approach", "angle_deg": angle} for angle in ANGLES])
-    return drawn_robot("excitation", rows, "angle_deg", excitations())
 
 
 # --- clips ------------------------------------------------------------------------------------------------------------

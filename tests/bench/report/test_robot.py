@@ -11,16 +11,9 @@ from matplotlib.colors import to_rgb
 from scipy import stats
 
 from experiments.bench.report import findings, robot
+from experiments.bench.sources.excitation import BALANCED, CURVES, MOTION, WHOLE
 from experiments.bench.stats.tests import summarise
-from tests.helpers.figure_rows import (
-    ANGLES,
-    SPEEDS,
-    drawn_robot,
-    excitation,
-    excitations,
-    robot_frames,
-    robot_rows,
-)
+from tests.helpers.figure_rows import SPEEDS, drawn_robot, robot_frames, robot_rows
 
 RENDERED = True
 
@@ -86,18 +79,32 @@ def test_a_title_counts_the_models_that_go_as_it_says(rising):
     assert ("falls" in text) == (rising < 5), "nothing is hidden"
 
 
-def test_counts_are_means_of_the_trials_at_numbers_to_scale():
-    rows = robot_rows(MODELS, SPEEDS)
-    panels = drawn_robot("spikes", rows).axes[::2]
-    for axes, model in zip(panels, MODELS, strict=False):
-        counts = [[row["spikes"] for row in rows if (row["model"], row[SPEED]) == (model, speed)]
-                  for speed in (2.0, 4.0, 6.0, 8.0, 10.0)]  # fmt: skip
-        if model == "emd":
-            assert not axes.lines, "it has no threshold"
-            continue
-        (line,) = (line for line in axes.lines if line.get_label() == "spikes")
-        assert list(line.get_xdata()) == [2.0, 4.0, 6.0, 8.0, 10.0], "numbers stand to scale"
-        assert list(line.get_ydata()) == pytest.approx([np.mean(values) for values in counts])
+APART = [{"direction": way, SPEED: speed, "distance_cm": far}
+         for way in ("rightward", "leftward") for far in (5.0, 10.0) for speed in (2.0, 4.0)]  # fmt: skip
+MEASURES = (["spikes", "spikes_in_window"], ["seconds_in_view"], ["rate_in_view_hz"], ["peak_hs", "mean_hs_near_axis"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "conditions", "measures", "every"),
+    [("spikes", SPEEDS, [["spikes"]], 2), ("spikes", APART, [["spikes"]], 2), ("mechanism", SPEEDS, MEASURES, 1)],
+)
+def test_lines_are_means_of_the_trials_of_each_other_condition_by_itself(kind, conditions, measures, every):
+    """Two directions at two distances are four lines, never one of all."""
+    models = ("dsnn", "hybrid")
+    rows = robot_rows(models, conditions)
+    panels = drawn_robot(kind, rows).axes[::every]
+    for axes, (model, columns) in zip(panels, itertools.product(models, measures), strict=True):
+        table = pl.DataFrame(rows, infer_schema_length=None).filter(model=model)
+        by_speed = table.group_by("direction", "distance_cm", SPEED, maintain_order=True).agg(pl.mean(*columns))
+        lines = by_speed.partition_by("direction", "distance_cm", maintain_order=True)
+        expected = [line[column].to_list() for column in columns for line in lines]
+        assert list(means(axes).values()) == [pytest.approx(values) for values in expected]
+
+
+def test_numbers_stand_to_scale_and_a_model_without_a_threshold_has_no_counts():
+    dsnn, _, emd, _ = drawn_robot("spikes", robot_rows(["dsnn", "emd"], SPEEDS)).axes
+    (line,) = (line for line in dsnn.lines if line.get_label() == "spikes")
+    assert list(line.get_xdata()) == [2.0, 4.0, 6.0, 8.0, 10.0] and not emd.lines
 
 
 def test_potentials_are_means_of_the_frames_at_the_table_s_bearings_and_bands_their_range():
@@ -119,37 +126,21 @@ def test_potentials_are_means_of_the_frames_at_the_table_s_bearings_and_bands_th
         assert dashed == (set() if model == "emd" else {0.16}), "a threshold that is None is not drawn"
 
 
-def test_other_conditions_stay_apart():
-    """Two directions at two distances: four means at each speed, never one of all."""
-    kinds = [{"direction": way, SPEED: speed, "distance_cm": far}
-             for way in ("rightward", "leftward") for far in (5.0, 10.0) for speed in (2.0, 4.0)]  # fmt: skip
-    rows = robot_rows(["dsnn"], kinds)
-    expected = np.reshape([row["spikes"] for row in rows], (4, 2, 3)).mean(axis=2)
-    drawn = means(drawn_robot("spikes", rows).axes[0])
-    assert len(drawn) == 4 and [*drawn.values()] == [pytest.approx(values) for values in expected]
-
-
-def test_panels_of_the_mechanism_are_means_of_their_columns():
-    models = ("dsnn", "hybrid")
-    rows = robot_rows(models, SPEEDS)
-    columns = (["spikes", "spikes_in_window"], ["seconds_in_view"], ["rate_in_view_hz"],
-               ["peak_hs", "mean_hs_near_axis"])  # fmt: skip
-    axes = drawn_robot("mechanism", rows).axes
-    for panel, (model, names) in zip(axes, itertools.product(models, columns), strict=True):
-        expected = [[np.mean([row[name] for row in rows if (row["model"], row[SPEED]) == (model, speed["speed_cm_s"])])
-                     for speed in SPEEDS] for name in names]  # fmt: skip
-        assert list(means(panel).values()) == [pytest.approx(values) for values in expected]
-
-
 def test_excitation_is_drawn_as_in_its_table_with_the_interval_of_its_mean():
-    axes = excitation(["dsnn"]).axes
+    rows = robot_rows((WHOLE, BALANCED), [{"motion": "approach", "angle_deg": angle} for angle in (-10.0, 10.0)])
+    rise = np.hanning(12)
+    curves = {name: (1.0 - 0.1 * place) * rise for place, name in enumerate(CURVES)}
+    curves |= {f"{name}_sd": 0.1 * rise for name in CURVES}
+    frames = pl.DataFrame({"sim_time_s": np.arange(12) / 30, **curves})
+    table = pl.DataFrame(rows, infer_schema_length=None).select(MOTION).unique(maintain_order=True)
+    table = table.join(frames, how="cross").with_columns(pl.col(*curves) * (2.0 + pl.col("angle_deg").sign()))
+    table = table.with_columns(n=3, w_i=0.7, firing=0, firing_w_i_1=0)
+    axes = drawn_robot("excitation", rows, "angle_deg", table).axes
     names = ("excitation", "weighted_inhibition"), ("hs", "hs_w_i_1", "residue")
-    places = {(place // 5 * 3 + row, place % 5): (place, row) for place in range(len(ANGLES)) for row in range(2)}
-    for (row, column), (place, kind) in places.items():
-        panel = axes[5 * row + column]
-        shown = excitations().filter(angle_deg=ANGLES[place])
-        for line, band, name in zip(panel.lines, panel.collections, names[kind], strict=False):
-            mean, error = shown[name].to_numpy(), shown[f"{name}_sd"].to_numpy() / math.sqrt(3)
+    for place, panel in enumerate(axes[:4]):
+        of = table.filter(angle_deg=(-10.0, 10.0)[place % 2])
+        for line, band, name in zip(panel.lines, panel.collections, names[place // 2], strict=False):
+            mean, error = of[name].to_numpy(), of[f"{name}_sd"].to_numpy() / math.sqrt(3)
             assert line.get_ydata() == pytest.approx(mean)
             low, high = stats.t.interval(0.95, 2, mean, error + 1e-15)
             limits = band.get_datalim(panel.transData)
