@@ -64,7 +64,8 @@ def test_run_json_holds_every_parameter_and_figures_note_its_code_and_are_drawn_
     assert noted in (folder / "figure.svg").read_text()
     shutil.copy(folder / "run.json", tmp_path)
     style.save(experiments.load(folder).figure(), tmp_path / "figure")
-    assert (tmp_path / "figure.svg").read_bytes() == (folder / "figure.svg").read_bytes()
+    for name in ("figure.svg", "figure.png"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
 
 
 EXPERIMENT = """

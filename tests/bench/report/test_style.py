@@ -60,17 +60,3 @@ def test_labels_of_lines_that_end_together_do_not_collide(tmp_path):
     assert [text.get_text() for text in placed] == ["0.1", "0.5", "0.51", "0.52"], "in the order of the lines"
     heights = [text.get_window_extent().y0 * 72.0 / figure.dpi for text in placed]
     assert min(np.diff(heights)) > style.SMALL
-
-
-def test_equal_figures_give_equal_bytes(tmp_path):
-    def written(name):
-        with style.look():
-            figure = Figure(figsize=(4.0, 3.0), layout="constrained")
-            for axes in figure.subplots(2, 2).flat:
-                style.finding(axes, "Nothing rises", "a")
-                style.means(axes, [1.0, 2.0], [[1.0, 2.0, 3.0]] * 2, style.INK)
-            style.caption(figure, "n = 3")
-        style.save(figure, tmp_path / name)
-        return [(tmp_path / f"{name}.{kind}").read_bytes() for kind in ("svg", "png")]
-
-    assert written("first") == written("second")

@@ -93,8 +93,6 @@ def test_frames_of_a_camera_alone_are_shown_to_a_model(simulated, tmp_path):
     both = imported(tmp_path / "robot" / "log.csv", tmp_path / "both", *options)
     assert both.models == ["dsnn", "dsnn@frames"]
     assert both.trials.filter(model="dsnn")["spikes"].equals(both.trials.filter(model="dsnn@frames")["spikes"])
-    with pytest.raises(UsageError, match=r"camera\.csv.*--model"):
-        imported(log, tmp_path / "none")
     (frames / "trial-0001" / "000003.pgm").unlink()
     with pytest.raises(UsageError, match=r"trial-0001 must have \d+ pictures"):
         imported(log, tmp_path / "none", *options)
@@ -167,12 +165,9 @@ def test_time_in_view_goes_by_the_log_s_own_times(simulated, tmp_path):
     np.testing.assert_allclose(slow.trials["rate_in_view_hz"], simulated.trials["rate_in_view_hz"] / 2)
 
 
-def test_what_nobody_knows_is_null_and_the_run_says_that_it_is_measured(tmp_path, capsys):
-    """HS alone, no tracker, and conditions of unequal numbers of trials: all readers cope."""
-    log = written(tmp_path / "log.csv", speeds=(20, 30, 20))
-    assert colias("import", log, *SPEEDS, "--out", tmp_path / "run") == 0
-    assert "[measured]" in capsys.readouterr().out
-    run = experiments.load(tmp_path / "run")
+def test_what_nobody_knows_is_null_and_the_run_says_that_it_is_measured(tmp_path):
+    """HS alone, no tracker, and conditions of unequal numbers of trials."""
+    run = imported(written(tmp_path / "log.csv", speeds=(20, 30, 20)), tmp_path / "run")
     assert {"measured"} == {run.provenance} == set(run.trials["provenance"]) == set(run.claims["provenance"])
     unknown = ("peak_vs", "vs_spikes", "seed", "spikes_in_view", "mean_hs_near_axis", *UNKNOWN)
     assert all(run.trials[name].null_count() == 3 for name in unknown)
@@ -180,8 +175,6 @@ def test_what_nobody_knows_is_null_and_the_run_says_that_it_is_measured(tmp_path
     assert run.trials["spikes"].to_list() == [20, 29, 18] and not run.frames["hs"].null_count()
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
     assert "/models/dsnn/hs" in entities and "/models/dsnn/vs" not in entities
-    again = experiments.compare(run, run)[1].to_dicts()
-    assert all(row["test"].startswith("Mann-Whitney") and row["mean_difference"] == 0 for row in again)
 
 
 def test_claims_are_judged_by_the_same_bounds(tmp_path):
