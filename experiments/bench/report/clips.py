@@ -31,9 +31,9 @@ ACROSS, LEAST_ROW = 12, 0.42
 """Most clips side by side, with several models; inches: least height of a row."""
 RESPONSE = "Response: largest |HS|, of vertical motion |VS|, of models without either looming."
 MEANS = "Lines: means of the trials; bands: their range. "
-TRACES = "Right and down are positive. Each model has its own scale; dashes: its threshold."
+TRACES = "Right and down are positive. Each model has its own scale; dashes: its threshold T."
 CURVES = ("Filled dots: means; open dots: trials; whiskers, from three trials: 95 % interval of the mean. "
-          f"A curve: a line of one seed. {RESPONSE}")  # fmt: skip
+          f"T: threshold. A curve: a line of one seed. {RESPONSE}")  # fmt: skip
 
 
 def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
@@ -173,8 +173,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             axes.margins(y=0.15)
             axes.locator_params(nbins=3)
             axes.tick_params(labelbottom=row == len(models) - 1)
-            style.threshold(axes, level, signed=shown != ["looming"], outside=True,
-                            name=f"{level or 0.0:.3g}" * (place % across == across - 1))  # fmt: skip
+            style.threshold(axes, level, signed=shown != ["looming"], named=False)
             cell = of_model.filter(clip=clip)
             for name in shown if len(cell) else ():
                 label, colour = CHANNELS[name]
@@ -185,7 +184,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
                 inches = (style.WIDTH - style.NAME_INCHES) / across - 0.1
                 axes.set_title(style.wrapped(clip, inches, small), fontsize=small)
             if place % across == 0:
-                style.row_name(axes, model)
+                style.row_name(axes, model, level)
             axes.set_xlabel("time (s)" if row == len(models) - 1 else "", fontsize=style.SMALL)
     drawn.legend(keys.values(), keys, loc="outside right upper", frameon=False, fontsize=style.SMALL, handlelength=1.0)
     drawn.supylabel("potential", fontsize=style.BODY)
@@ -232,7 +231,7 @@ def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, str
             ends[axes] = _lines(axes, rows.filter(model=model), along, by)
             axes.axhline(0.0, color=style.INK, lw=0.4)
             level, most = thresholds.get(model), 3.0 * max(largest[model])
-            style.threshold(axes, level, name="" if place else f"threshold {level or 0.0:.3g}", most=most)
+            style.threshold(axes, level, named=place == 0, most=most)
             if along == "px_a_frame":
                 axes.set_xscale("log")
                 style.plain_numbers(axes, sorted(rows[along].unique())[::2])

@@ -37,7 +37,7 @@ MOST_TICKS = 6
 """Most levels of a number that have a tick each."""
 CONDITIONS = 5
 """Most conditions of excitation in a row."""
-BANDS = "Lines: means; bands: their 95 % interval. Below: filled HS, line HS with w_i = 1."
+BANDS = "Lines: means; bands: their 95 % interval; T: threshold. Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("sim_time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
 SUMS = {"excitation": ("excitation", style.HUES[0]), "weighted_inhibition": ("inhibition", style.HUES[1])}
@@ -46,7 +46,7 @@ HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "resi
 POINTS = "Dots: trials; dark: their means; both are set apart sideways."
 INTERVALS = ("Dots: trials; dark: means with 95 % intervals; both are set apart sideways. Titles compare only means"
              " whose intervals do not overlap.")  # fmt: skip
-TRACES = "Potentials: means; bands: range of the trials; dashes: threshold."
+TRACES = "Potentials: means; bands: range of the trials; dashes: threshold T."
 
 Panel = tuple[str, str, Mapping[str, str]]
 """A quantity in words, the label of its axis, and the columns of the trials' table that show it, each with a name."""
@@ -230,8 +230,6 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel) -> None:
     axes.margins(x=0.08, y=0.08)
     if shown.min().min_horizontal().item() >= 0.0:
         axes.set_ylim(0.0, 1.08 * axes.dataLim.y1 or 1.0)
-    if axes.dataLim.y1 == axes.dataLim.y0 == 0.0:
-        axes.set_yticks([0.0])  # no count reached any other
 
 
 def _grid(models: Sequence[str], labels: Sequence[str], found: Sequence[str], **options: Any) -> tuple[Figure, Any]:
@@ -261,21 +259,18 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
                          width_ratios=[2.9, 4.2])  # fmt: skip
     table = frames.join(rows.select("trial", "model", "level", "other"), on=["trial", "model"], maintain_order="left")
     lines = [resampled(table.filter(model=model), column, potentials.get(model, "hs")) for model in models]
-    marks: list[Any] = []
+    peaks = []
     for (counts, traces), model, of in zip(grid, models, lines, strict=True):
         _points(counts, rows.filter(model=model), COUNT)
-        _traces(traces, of, varies)
-        low, high, level = traces.dataLim.y0, traces.dataLim.y1, thresholds.get(model)
-        most, named = 1.5 * max(high, -low), f"{'threshold ' * (model == models[0])}{level or 0.0:.3g}"
-        marked = model == models[0] and level is not None and level <= most  # then its name is among those of the lines
-        style.threshold(traces, level, signed=low < -0.3 * high, name="" if marked else named, most=most, outside=True)
-        marks += [(level, named, style.GREY)] if marked else []
+        peaks.append(_traces(traces, of, varies))
+        low, high = traces.dataLim.y0, traces.dataLim.y1
+        style.threshold(traces, thresholds.get(model), signed=low < -0.3 * high, most=1.5 * max(high, -low))
     grid[-1, 0].set_xlabel(axis(varies))
     grid[-1, 1].set_xlabel(label)
     _caption(figure, title, rows, varies, TRACES)
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
     right = grid[0, 1].get_xlim()[1]
-    style.label_ends(grid[0, 1], [(right, *mark) for mark in (*marks, *_peaks(lines[0], varies))])
+    style.label_ends(grid[0, 1], [(right, *peak) for peak in peaks[0]])
     return figure
 
 
@@ -300,24 +295,18 @@ def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
     return lines
 
 
-def _traces(axes: Axes, lines: Lines, varies: str) -> None:
-    """Draw the mean of the trials of each condition, and their range."""
+def _traces(axes: Axes, lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
+    """Draw the mean of the trials of each condition, and their range; return peak, name and colour of each level."""
     colours = tints(list(dict.fromkeys(level for level, _ in lines))) if lines else {}
-    others = list(dict.fromkeys(other for _, other in lines))
+    others, peaks = list(dict.fromkeys(other for _, other in lines)), {}
     for (level, other), (grid, values) in lines.items():
-        band = np.nanmin(values, axis=0), np.nanmax(values, axis=0)
-        axes.fill_between(grid, *band, color=colours[level], alpha=0.25, lw=0)
-        axes.plot(grid, np.nanmean(values, axis=0), color=colours[level], lw=1.2,
-                  ls=DASHES[others.index(other) % len(DASHES)], label=level_text(level, unit(varies)[1]))  # fmt: skip
+        mean, name = np.nanmean(values, axis=0), level_text(level, unit(varies)[1])
+        axes.fill_between(grid, np.nanmin(values, axis=0), np.nanmax(values, axis=0), color=colours[level], alpha=0.25,
+                          lw=0)  # fmt: skip
+        axes.plot(grid, mean, color=colours[level], lw=1.2, ls=DASHES[others.index(other) % len(DASHES)], label=name)
+        peaks.setdefault(level, (float(mean[np.abs(mean).argmax()]), name, colours[level]))
     axes.margins(y=0.06)
-
-
-def _peaks(lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
-    """Return the peak, name and colour of each level's first line."""
-    first = {level: np.nanmean(values, axis=0) for (level, _), (_, values) in reversed(lines.items())}
-    colours = tints(list(dict.fromkeys(level for level, _ in lines))) if lines else {}
-    return [(float(mean[np.abs(mean).argmax()]), level_text(level, unit(varies)[1]), colours[level])
-            for level, mean in first.items()]  # fmt: skip
+    return list(peaks.values())
 
 
 # --- mechanism --------------------------------------------------------------------------------------------------------
@@ -349,7 +338,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
         axes.set_visible(False)
     for place, of in enumerate(conditions):
         panels = grid[3 * (place // across) : 3 * (place // across) + 3, place % across]
-        _over_time(panels, of, level, "threshold" if place == len(conditions) - 1 else "", labelled=place == 0)
+        _over_time(panels, of, level, first=place == 0)
         motion, angle, distance = of.select("motion", "angle_deg", "distance_cm").row(0)
         where = level_text(distance, "cm") if angle is None else level_text(angle, "°")
         panels[0].set_title(style.wrapped(f"{motion} {where}", style.WIDTH / across - 0.3), fontsize=style.BODY)
@@ -368,7 +357,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     return figure
 
 
-def _over_time(panels: Any, of: pl.DataFrame, threshold: float | None, name: str, *, labelled: bool) -> None:
+def _over_time(panels: Any, of: pl.DataFrame, threshold: float | None, *, first: bool) -> None:
     """Draw one condition: excitation and inhibition, HS, and the share of trials that spike."""
     time, n = of["sim_time_s"].to_numpy(), of["n"].to_numpy()
     for axes, names in zip(panels, (SUMS, HS), strict=False):
@@ -377,9 +366,9 @@ def _over_time(panels: Any, of: pl.DataFrame, threshold: float | None, name: str
             axes.plot(time, mean, color=colour, label=label)
             half = stdtrit(n - 1, 0.975) * of[f"{column}_sd"].fill_null(np.nan).to_numpy() / np.sqrt(n)
             axes.fill_between(time, mean - half, mean + half, color=colour, alpha=0.3, lw=0)
-        if labelled:
+        if first:
             axes.legend(loc="best", handlelength=0.0, labelcolor="linecolor", edgecolor="none", fontsize=style.SMALL)
-    style.threshold(panels[1], threshold, signed=True, name=name)
+    style.threshold(panels[1], threshold, signed=True, named=first)
     panels[2].fill_between(time, of["firing"] / n, step="mid", color=HS["hs"][1], alpha=0.4, lw=0)
     panels[2].step(time, of["firing_w_i_1"] / n, where="mid", color=HS["hs_w_i_1"][1], lw=1.0)
     panels[2].set_ylim(0.0, 1.05)

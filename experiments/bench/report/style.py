@@ -184,27 +184,27 @@ def means(
         axes.plot(spread, values, "o", ms=2.5, alpha=0.75, zorder=2, clip_on=False, **look)
 
 
-def row_name(axes: Axes, name: str) -> None:
-    """Write the name of a model left of its row."""
-    axes.set_ylabel(wrapped(name, NAME_INCHES, SMALL), rotation=0, ha="right", va="center", fontsize=SMALL)
+def row_name(axes: Axes, name: str, level: float | None = None) -> None:
+    """Write the name of a model left of its row, with its threshold below."""
+    text = wrapped(name, NAME_INCHES, SMALL) + ("" if level is None else f"\nT = {level:.3g}")
+    axes.set_ylabel(text, rotation=0, ha="right", va="center", fontsize=SMALL)
 
 
 def threshold(
-    axes: Axes, level: float | None, *, signed: bool = False, name: str = "threshold", most: float = math.inf,
-    outside: bool = False,
+    axes: Axes, level: float | None, *, signed: bool = False, named: bool = True, most: float = math.inf
 ) -> None:  # fmt: skip
-    """Draw a threshold with its name below the line, of either sign where the potential is ``signed``; ``None``: none.
+    """Draw a threshold T with its number below the line, of either sign where the potential is ``signed``.
 
-    One above ``most`` is named and not drawn, so that the axis fits the data. A name ``outside`` is right of the axes.
+    One above ``most`` is named and not drawn, so that the axis fits the data. ``None``: there is none.
     """
     if level is None:
         return
     for sign in () if level > most else (1, -1) if signed else (1,):
         axes.axhline(sign * level, color=GREY, ls="--", lw=0.8, zorder=1)
-    text, place, unit = (f"{name} is above", 1.0, "axes fraction") if level > most else (name, level, "data")
-    x, offset, va = (1.0, (3.0, 0.0), "center") if outside and level <= most else (0.0, (2.0, -2.0), "top")
-    axes.annotate(text if name else "", (x, place), offset, ("axes fraction", unit), "offset points", va=va,
-                  fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO, in_layout=outside)  # fmt: skip
+    text, place, unit = (" is above", 1.0, "axes fraction") if level > most else ("", level, "data")
+    axes.annotate(f"T = {level:.3g}{text}" if named else "", (0.0, place), (2.0, -2.0), ("axes fraction", unit),
+                  "offset points", va="top", fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO,
+                  in_layout=False)  # fmt: skip
 
 
 def decades(axes: Axes, values: npt.ArrayLike) -> None:

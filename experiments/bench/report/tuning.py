@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 
 from experiments.bench.report import style, terminal
 from experiments.bench.stats import curves
@@ -104,12 +104,8 @@ def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
             ends.append((part["x"][-1], part[column][-1], line, tint))
     if places[0] > 0 and places[-1] >= 4 * places[0]:
         axes.set_xscale("log")
-        axes.xaxis.set_minor_locator(NullLocator())
-    ticks = places[:: math.ceil(len(places) / 4)]
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    style.plain_numbers(axes, places[:: math.ceil(len(places) / 4)])
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    heights = np.nan_to_num(own[column].to_numpy())
-    axes.set_ylim(1.05 * min(heights.min(), 0.0), 1.05 * max(heights.max(), 0.0) or 1.0)
     axes.axhline(0.0, color=style.GREY, lw=0.5)
     if own["line"].n_unique() > 1 and axes is axes.figure.axes[0]:
         style.label_ends(axes, ends)
