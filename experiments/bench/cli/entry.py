@@ -41,10 +41,7 @@ def run() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python would try once more, and complain
         status = status or EXIT_CLOSED
     if message:
-        text = _with_tip(message)
-        if sys.stderr.isatty() and "NO_COLOR" not in os.environ:
-            text = text.replace(ERROR, f"\x1b[31m{ERROR}\x1b[0m", 1)
-        print(text, file=sys.stderr, flush=True)
+        print(_with_tip(message), file=sys.stderr, flush=True)
     sys.exit(status)
 
 
@@ -87,7 +84,7 @@ def _outcome() -> tuple[int, str]:
 def _line(error: Exception) -> str:
     """Return an error in one line where that tells a user what to do; empty for a defect."""
     if isinstance(error, ImportError):  # a missing OpenGL too
-        return f"a library does not load: {error}"
+        return f"a library does not load: {error}; colias doctor names what is missing"
     if isinstance(error, OSError):
         return f"{error.filename}: {error.strerror}" if error.filename else str(error)
     from experiments.bench.run.errors import TrialError, UsageError

@@ -125,8 +125,6 @@ def decode(
     out_console.print(
         f"{frames.height} frames; {count(damaged, 'damaged line')}, {count(len(missing), 'missing frame')}"
     )
-    for trial, frame in missing[:10]:
-        out_console.print(f"missing: frame {frame} of trial {trial}")
     if missing:
         out_console.print("run the program once more, append what it sends to this file, and decode it again")
     out_console.print("most cycles:", frames["cycles"].max())
@@ -172,7 +170,7 @@ def import_log(
     """
     from experiments.bench import registry
     from experiments.bench.cli import tables
-    from experiments.bench.report.terminal import count, error_console, out_console
+    from experiments.bench.report.terminal import error_console
     from experiments.bench.robot_side import logs
 
     declared = registry.load(experiment)
@@ -183,8 +181,6 @@ def import_log(
     report = logs.run(trials, folder, quiet=quiet)
     if not quiet:
         tables.show(report)
-        if number := report.description["measured"]["lacking_frames"]:
-            out_console.print(f"beware: the log lacks {count(number, 'frame')}", style="red")
     return options.EXIT_FAILED if report.failures.height else 0
 
 

@@ -191,20 +191,14 @@ def live(
     A recording is a run of the trial since it began, which colias run --again repeats bit for bit. Without --model
     the DSNN is shown. Open the address that it prints in a browser; Ctrl-C ends it. Needs viser: the extra [live].
     """
-    import importlib.util
-
     from threadpoolctl import threadpool_limits
 
-    from experiments.bench.run.errors import UsageError
+    from experiments.bench.live.page import Page
+    from experiments.bench.live.session import Session
     from experiments.bench.run.models import shown_models
     from experiments.bench.run.settings import check_counts
 
     check_counts(seed)
-    if importlib.util.find_spec("viser") is None:
-        raise UsageError("colias live needs viser: run 'sh tools/setup.sh --live', or install colias-sim[live]")
-    from experiments.bench.live.page import Page
-    from experiments.bench.live.session import Session
-
     page = Page(Session(shown_models(["dsnn"], model, only), assignments or (), seed), port)
     with threadpool_limits(1):
         page.serve()

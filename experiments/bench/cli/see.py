@@ -15,11 +15,6 @@ from experiments.bench.cli import options
 
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
-MEANT = {
-    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial"},
-    "a strip": {"trial", "size", "frames", "model"}, "a film": {"trial", "size", "fps", "speed", "model"},
-}  # fmt: skip
-"""What ``colias video`` writes -> the options that it has."""
 KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
 """Kinds of what there is; ``colias list`` names all of them."""
 
@@ -86,7 +81,6 @@ def _view_scene(arena: str) -> int:
 
 
 def video(
-    context: typer.Context,
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run, an .rrd file, or a stimulus.")],
     out: Annotated[Path, typer.Option(metavar="FILE", help=".mp4, .webp, .png: a strip; or a folder of pictures.")],
     trial: options.Trial = None,
@@ -111,19 +105,14 @@ def video(
     from dsnn.stimuli import STIMULI
     from experiments.bench.report.recordings import pictures, recording, write_pictures
     from experiments.bench.report.terminal import progress, show_places
-    from experiments.bench.report.video import Reel, film_times, make, require_encoder, strip
+    from experiments.bench.report.video import Reel, film_times, make, strip
     from experiments.bench.run.errors import UsageError
 
     if out.suffix and out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
     if out.exists() or not out.parent.is_dir():
         raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
-    stimulus = (str(source) in STIMULI and not source.exists()) or source.suffix == ".py"
-    kind = "a stimulus" if stimulus else {"": "pictures", ".png": "a strip"}.get(out.suffix, "a film")
-    if other := sorted(options.typed(context) - MEANT[kind] - {"source", "out", "quiet"}):
-        names = ", ".join(f"--{name}" for name in other).replace("--assignments", "--set")
-        raise UsageError(f"{names}: not an option of {kind}")
-    if stimulus:
+    if (str(source) in STIMULI and not source.exists()) or source.suffix == ".py":
         _write_stimulus(str(source), out, assignments or (), seed, jitter)
         return 0
     path, shape = recording(source, trial), options.width_height(size)
@@ -136,7 +125,6 @@ def video(
     elif out.suffix == ".png":
         strip(Reel(path, model or ()), out, frames, shape)
     else:
-        require_encoder(f"--out {out}: {out.suffix}")
         reel = Reel(path, model or ())
         with progress(out.name, len(film_times(reel, fps, speed)[0]), quiet, "frames") as advance:
             make(reel, out, shape, fps, speed, advance)

@@ -298,7 +298,8 @@ def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
 def _traces(axes: Axes, lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
     """Draw the mean of the trials of each condition, and their range; return peak, name and colour of each level."""
     colours = tints(list(dict.fromkeys(level for level, _ in lines))) if lines else {}
-    others, peaks = list(dict.fromkeys(other for _, other in lines)), {}
+    others = list(dict.fromkeys(other for _, other in lines))
+    peaks: dict[Any, tuple[float, str, Any]] = {}
     for (level, other), (grid, values) in lines.items():
         mean, name = np.nanmean(values, axis=0), level_text(level, unit(varies)[1])
         axes.fill_between(grid, np.nanmin(values, axis=0), np.nanmax(values, axis=0), color=colours[level], alpha=0.25,

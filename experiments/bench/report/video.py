@@ -37,7 +37,6 @@ Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
 Update = Callable[[float, Mapping[str, Picture | None]], object]
 """Moves what moves to a time, at which these pictures are seen."""
-EXTRA = "the extra [video] (imageio-ffmpeg is not installed): pip install 'colias-sim[video]'"
 CODING = {
     ".mp4": ("libx264", "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -crf 20 -movflags +faststart -f mp4"),
     ".webp": ("libwebp_anim", "-quality 75 -loop 0 -f webp"),
@@ -406,14 +405,6 @@ def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = 
     picture = Canvas(reel, size, moments).strip(moments, list(reel.seen(moments)))
     with replacing(out) as partial:
         partial.write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())
-
-
-def require_encoder(asked: str) -> None:
-    """Raise `UsageError` in one line that begins with what was ``asked`` for if it cannot be encoded here."""
-    try:
-        import imageio_ffmpeg  # noqa: F401
-    except ImportError:
-        raise UsageError(f"{asked} needs {EXTRA}") from None
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:

@@ -6,7 +6,7 @@ import re
 import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -153,7 +153,7 @@ def emulated(program: Program) -> Iterator[tuple[Emulator, dict[str, int]]]:
     """Build a program and start it in QEMU; yield it with the sizes of its sections."""
     with tempfile.TemporaryDirectory(prefix="colias-firmware-") as folder:
         elf = build(program, Path(folder))
-        with Emulator(elf) as chip:
+        with closing(Emulator(elf)) as chip:
             yield chip, elf_sections(elf)
 
 

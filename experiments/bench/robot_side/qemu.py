@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 import subprocess
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +35,7 @@ KNOWN, KNOWN_ERROR = 4097, 4
 """Instructions of the test program's known loop, with the one that loads its number, and how far a count may be off."""
 
 
-class Emulator(AbstractContextManager["Emulator"]):
+class Emulator:
     """The test program in QEMU. It ends with ``close``, or when this process ends, as its input ends then.
 
     Parameters
@@ -90,9 +89,6 @@ class Emulator(AbstractContextManager["Emulator"]):
         """End the program and its process."""
         self._process.kill()
         self._process.communicate()
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _ask(self, message: bytes, form: str) -> tuple[int, ...]:
         self._process.stdin.write(message)

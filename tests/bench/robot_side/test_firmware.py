@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import subprocess
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ def test_what_is_exported_compiles_clean_and_responds_as_the_host_does_bit_for_b
     """For the robot, for QEMU and for this computer; the Makefile has -std=c99 -Wall -Wextra -Werror."""
     make(exported, "all", "qemu", "host")
     program = firmware.program(SMALL)
-    with qemu.Emulator(exported / "build" / "qemu.elf") as running:
+    with closing(qemu.Emulator(exported / "build" / "qemu.elf")) as running:
         table = firmware.compare(program, running, list(firmware.clips((24, 33), 50).items()))
     assert not firmware.differing(table).height and (table["hs_spikes"] != 0).sum() > 50
     noise = table.filter(clip="noise").select(firmware.CHANNELS)
