@@ -1,30 +1,19 @@
 """Trials in an arena of one's own: what does not fit, or is not seen, is refused before anything runs; reruns."""
 
-import json
 import math
 
 import cv2
 import numpy as np
 import pytest
 
-from experiments import Experiment, Translation, load, run
+from experiments import Experiment, Translation
 from experiments.bench import registry
-from experiments.bench.cli import main
 from experiments.bench.report.video import Reel
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.robot import forget_simulations
 from experiments.bench.trials import plan
 from tests.helpers.played import Played
-
-OWN = """
-from experiments import Experiment, Translation
-
-ARENA = '''<mujoco><include file="bright.xml"/>
-<asset><texture name="t" type="2d" file="tex/own.png"/><material name="t" texture="t"/></asset>
-<worldbody><geom type="box" size="0.01 0.1 0.05" pos="0.3 0 0.05" material="t"/></worldbody></mujoco>'''
-EXPERIMENT = Experiment("own", "a card", Translation((20,), (8,)), varies="speed_cm_s", repeats=1, arena=__file__)
-"""
 
 
 def written(folder, body, name="own.xml"):
@@ -59,18 +48,13 @@ def test_a_wider_stimulus_begins_farther_out(tmp_path):
     assert 100 * (other - one) == pytest.approx(1.0 / math.cos(half_view))
 
 
-def test_a_run_in_an_arena_is_repeated(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tex").mkdir()
-    cv2.imwrite("tex/own.png", np.full((8, 8), 90, np.uint8))
-    (tmp_path / "own.py").write_text(OWN)
-    settings = {"scene.shell_picture": "tex/own.png"}
-    first_run = run("own.py", out="there", recordings=False, workers=0, quiet=True, settings=settings)
-    noted = json.loads((first_run.folder / "run.json").read_text())
-    assert {path.rpartition("/")[2] for path in noted["files"]} == {"own.py", "own.png"}
-    assert set(first_run.trials["scene.shell_picture"].to_list()) == {"own.png"}
-    assert main.command(["run", "--again", "there", "--quiet", "--out", "again", "--workers", "1"]) == 0
-    assert load("again").trials.height == 1
+def test_the_files_of_a_scene_are_on_its_run_s_record(tmp_path):
+    """Columns of tables have their names alone. How a repetition compares them is in test_cli.py."""
+    arena, picture = written(tmp_path, ""), str(tmp_path / "own.png")
+    cv2.imwrite(picture, np.full((8, 8), 90, np.uint8))
+    made = planned(arena, f"scene.shell_picture={picture}")
+    assert made.description["files"].keys() == {arena, picture}
+    assert [names["dsnn"] for names in made.parameters.values()] == ["own.xml", "own.png"]
 
 
 def test_an_edited_arena_is_compiled_anew(tmp_path):
