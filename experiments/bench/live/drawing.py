@@ -27,8 +27,6 @@ from scenes import ARENA_RADIUS_CM
 SHOWN_FRAMES = 180
 """Frames of the running traces."""
 GREY = "#8c8c8c"
-LEAST = (0.3, 2.0)
-"""The least ends of the scales of potentials and of spikes."""
 DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
 CM = 100.0
 """Units of the page for each of the simulation."""
@@ -56,13 +54,14 @@ class Traces:
             {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in DASHES},
             {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in SPIKING},
         ]
-        self._ends, self._redrawn, self._limits = list(LEAST), 0, self._thresholds()
-        axes = (uplot.Axis(stroke=GREY), uplot.Axis(stroke=GREY))
-        shared: dict[str, Any] = {"axes": axes, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
+        self._limits = self._thresholds()
+        scales = {"x": uplot.Scale(time=False, range=(float(self._x[0]), 0.0)), "y": uplot.Scale()}
+        looks: dict[str, Any] = {"scales": scales, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
+        grey, untimed = uplot.Axis(stroke=GREY), uplot.Axis(show=False)  # the lower plot has the time axis of both
         self._plots = [
-            gui.add_uplot(curves, series, scales=scales, height=height, **shared)
-            for curves, series, scales, height in zip(
-                self._curves(), self._series(), self._scales(), (195, 120), strict=True
+            gui.add_uplot(curves, series, height=height, axes=axes, **looks)
+            for curves, series, height, axes in zip(
+                self._curves(), self._series(), (170, 130), ((untimed, grey), (grey, grey)), strict=True
             )
         ]
 
@@ -86,10 +85,6 @@ class Traces:
         ]
         return [(x, *lines, *limits), (x, *counts)]
 
-    def _scales(self) -> list[dict[str, uplot.Scale]]:
-        x = uplot.Scale(time=False, range=(float(self._x[0]), 1e-6 * (self._redrawn % 2)))
-        return [{"x": x, "y": uplot.Scale(range=(-end, end))} for end in self._ends]
-
     def _curves(self) -> list[tuple[Floats, ...]]:
         potentials, spikes = ([np.array(trace) for trace in traces.values()] for traces in self._traces)
         limits = [np.full(SHOWN_FRAMES, limit) for limit in self._limits]
@@ -104,20 +99,8 @@ class Traces:
             self._limits = limits
             for plot, series in zip(self._plots, self._series(), strict=True):
                 plot.series = series
-        curves = self._curves()
-        for place, (drawn, least) in enumerate(zip(curves, LEAST, strict=True)):
-            most = max((float(np.abs(curve).max()) for curve in drawn[1:]), default=0.0)
-            if most > self._ends[place] or max(most, least) < self._ends[place] / 3:
-                self._ends[place] = max(1.25 * most, least)
-                self.redraw()
-        for plot, data in zip(self._plots, curves, strict=True):
+        for plot, data in zip(self._plots, self._curves(), strict=True):
             plot.data = data
-
-    def redraw(self) -> None:
-        """Let browsers draw the plots again, on scales that differ from the last."""
-        self._redrawn += 1
-        for plot, scales in zip(self._plots, self._scales(), strict=True):
-            plot.scales = scales
 
 
 class Scene:

@@ -27,8 +27,6 @@ IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
 IDLE_S = 0.02
 """Time between two looks at the queue."""
-SETTLING_FRAMES = 45
-"""Frames after which a new browser draws the plots again: laying out its panels, it may leave out the time axis."""
 MOVES: Mapping[str, tuple[float, float, str]] = {
     "left": (0.0, 90.0, "J"), "ahead": (1.0, 0.0, "I"), "stop": (0.0, 0.0, "X"), "back": (-1.0, 0.0, "K"),
     "right": (0.0, -90.0, "L"),
@@ -70,7 +68,7 @@ class Page:
 
     def __init__(self, session: Session, port: int = 8099) -> None:
         self.session, self.paused = session, False
-        self._steps = self._settling = 0
+        self._steps = 0
         self._drawn: object = None
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._controls: list[tuple[Any, Callable[[], Any]]] = []
@@ -163,7 +161,6 @@ class Page:
         )  # fmt: skip
         for label, key, do in commands:
             gui.add_command(label, hotkey=key).on_trigger(lambda _, do=do: ask(do))
-        self.server.on_client_connect(lambda _: setattr(self, "_settling", SETTLING_FRAMES))
 
     def _build_models(self) -> None:
         """Add the models' parameters, a folder a model."""
@@ -226,9 +223,6 @@ class Page:
             times = max(1, IMAGE_PX // sample.image.shape[1])
             self._image.image = np.repeat(sample.image.repeat(times, 0).repeat(times, 1)[:, :, None], 3, 2)
             self.traces.add(session.responses)
-            if self._settling == 1:
-                self.traces.redraw()
-            self._settling = max(self._settling - 1, 0)
             self._status.content = self._line(sample)
 
     def _line(self, sample: Sample) -> str:
