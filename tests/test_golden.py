@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import json
-import math
 import warnings
 from pathlib import Path
 
@@ -12,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 import polars as pl
 import pytest
+from polars.testing import assert_frame_equal
 
 import colias_sim  # noqa: F401
 from experiments.bench import leaderboard
@@ -48,10 +47,10 @@ RUNS = {
 }  # fmt: skip
 """Run -> its command: with the numbers and seeds of trials that the experiment as it is declared has."""
 KINDS = {
-    "r": ("robot", ("experiment", "trial", "model")),
-    "c": ("clips", ("experiment", "trial", "model")),
-    "t": ("tuning", ("clip", "repeat", "model")),
-    "b": ("episodes", ("model", "repeat")),
+    "r": ("robot", ["experiment", "trial", "model"]),
+    "c": ("clips", ["experiment", "trial", "model"]),
+    "t": ("tuning", ["clip", "repeat", "model"]),
+    "b": ("episodes", ["model", "repeat"]),
 }
 """First letter of a run -> its table, and the columns that name a row. Fewer curves or episodes have other trials."""
 BY_CLOCK = ("wall_s", "us_", "code", "run", "trial")
@@ -59,32 +58,18 @@ SECTIONS = ("dsnn", "robot", "camera", "scene", "emd", "dsn2017")
 """Columns of single parameters begin with these and a point: how tables show settings is not a number."""
 
 
-def same(golden, today):
-    """Counts and texts are equal, other numbers to a millionth."""
-    if golden in (None, "") or today in (None, ""):
-        return golden in (None, "") and today in (None, "")
-    try:
-        a, b = float(golden), float(today)
-    except (TypeError, ValueError):
-        return golden == today
-    return a == b or (math.isnan(a) and math.isnan(b)) or abs(a - b) <= 1e-6 * max(1.0, abs(a))
-
-
-def differences(golden, today, key):
-    """Lines that say what differs between two lists of rows, which the columns ``key`` name."""
-    golden, today = ({tuple(str(row[name]) for name in key): row for row in rows} for rows in (golden, today))
-    found = [f"missing: {sorted(golden.keys() - today.keys())}"] if golden.keys() - today.keys() else []
-    found += [f"new: {sorted(today.keys() - golden.keys())}"] if today.keys() - golden.keys() else []
-    for name in next(iter(golden.values())):
-        values = {k: row[name] for k, row in golden.items() if k in today and name not in key}
-        setting = name.split(".")[0] in SECTIONS
-        if setting or name.startswith(BY_CLOCK) or all(v in (None, "") for v in values.values()):
-            continue
-        if "bearing" in name:  # left-positive then
-            values = {k: None if v is None else -v for k, v in values.items()}
-        bad = [(k, v, today[k].get(name, "gone")) for k, v in values.items() if not same(v, today[k].get(name, "gone"))]
-        found += [f"{name} differs in {len(bad)} of {len(values)} rows: {bad[0]}"] if bad else []
-    return found
+def assert_same(golden, today, key):
+    """Texts and counts are equal, other numbers to a millionth; rows are named by the columns ``key``."""
+    columns = [
+        column.name
+        for column in golden
+        if column.name not in key and column.count() and not column.name.startswith(BY_CLOCK)
+        and column.name.split(".")[0] not in SECTIONS
+    ]  # fmt: skip
+    left_positive = [name for name in columns if "bearing" in name]  # then
+    golden = golden.with_columns(-pl.col(name) for name in left_positive)
+    one, other = (table.select(*key, *columns).sort(key) for table in (golden, today))
+    assert_frame_equal(one, other, check_dtypes=False, rel_tol=5e-7, abs_tol=5e-7)
 
 
 def run(folder, *command):
@@ -93,32 +78,23 @@ def run(folder, *command):
     return folder / "out"
 
 
-def rows(path):
-    if path.suffix == ".csv":
-        with path.open() as file:
-            return list(csv.DictReader(file))
-    return pl.read_parquet(path).to_dicts()
-
-
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_gives_the_golden_rows(name, tmp_path):
     folder = run(tmp_path, *RUNS[name])
     table, key = KINDS[name[0]]
-    golden = [row for row in rows(TABLES / f"{table}.parquet") if row["run"] == name]
-    assert not differences(golden, rows(folder / "trials.parquet"), key)
+    golden = pl.read_parquet(TABLES / f"{table}.parquet").filter(run=name)
+    assert_same(golden, pl.read_parquet(folder / "trials.parquet"), key)
     frames = TABLES / f"frames-{name}.parquet"
     if frames.exists():
-        golden, key = rows(frames), ("trial", "model", "frame")
-        named = {(row["trial"], row["model"], row["frame"]) for row in golden}
-        today = [row for row in rows(folder / "frames.parquet") if (row["trial"], row["model"], row["frame"]) in named]
-        assert not differences(golden, today, key)
+        golden, key = pl.read_parquet(frames), ["trial", "model", "frame"]
+        assert_same(golden, pl.read_parquet(folder / "frames.parquet").join(golden, on=key, how="semi"), key)
 
 
 def test_the_leaderboard_gives_the_golden_scores(tmp_path, monkeypatch):
     monkeypatch.setattr(leaderboard, "time_models", lambda models, shape: {})  # times are of today
     folder = run(tmp_path, "leaderboard", "--only", *models("emd", "lgmd1"), "--repeats", "1")
     for board in ("leaderboard.csv", "looming.csv"):
-        assert not differences(rows(TABLES / board), rows(folder / board), ("model",)), board
+        assert_same(pl.read_csv(TABLES / board), pl.read_csv(folder / board), ["model"])
 
 
 @pytest.mark.parametrize("name", ["Optomotor", "Fixation", "Pursuit", "Avoidance"])
