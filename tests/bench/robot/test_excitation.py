@@ -14,11 +14,8 @@ from experiments.bench import registry
 from experiments.bench.reproduce import QUICK, planned
 from experiments.bench.sources.excitation import (
     BALANCED,
-    EXCITED,
     NEEDED,
-    OPPOSED,
     WHOLE,
-    before_sigmoid,
     sums,
 )
 from experiments.bench.trials import plan
@@ -90,20 +87,6 @@ def test_excitation_and_inhibition_are_those_of_the_equations():
     trial, (excitation, inhibition) = trial_of(noise()), by_the_equations(noise())
     assert excitation.max() > 0.1 and inhibition.max() > 0.1, "the clip drives both"
     assert near(trial["excitation"], excitation) and near(trial["inhibition"], inhibition)
-
-
-def test_excitation_less_weighted_inhibition_of_each_pathway_is_hs():
-    hs_by_model = answers(noise())
-    sum_of = {label: pl.DataFrame({label: hs}).select(before_sigmoid(label)).to_numpy()[:, 0]
-              for label, hs in hs_by_model.items()}  # fmt: skip
-    hs = {0.0: 0.0, W_I: 0.0, 1.0: 0.0}
-    for excited, opposed in zip(EXCITED, OPPOSED, strict=True):
-        e, difference = sum_of[excited], sum_of[opposed]
-        assert np.abs(e - difference).max() > 0.1, "inhibition has a part in it"
-        for w_i in hs:
-            hs[w_i] = hs[w_i] + np.tanh(2.0 * (e - w_i * (e - difference))) / 2.0
-    assert near(hs[W_I], hs_by_model[WHOLE]) and near(hs[1.0], hs_by_model[BALANCED])
-    assert not near(hs[0.0], hs_by_model[WHOLE]), "the law can fail"
 
 
 def test_a_mirrored_clip_swaps_excitation_and_inhibition():

@@ -14,7 +14,6 @@ import experiments
 from experiments.bench.cli import main
 from experiments.bench.robot_side.logs import POSES, UNKNOWN
 from experiments.bench.run.errors import UsageError
-from experiments.bench.sources.robot import forget_simulations
 
 SPEEDS = "--set", "experiment.speeds_cm_s=20,30"
 FRAMES = 30
@@ -26,13 +25,13 @@ def colias(*arguments) -> int:
     return main.command([str(argument) for argument in arguments])
 
 
-def written(path, speeds=(20, 30, 20, 30), lines=None, head=HEAD, rate=30.0):
+def written(path, speeds=(20, 30, 20, 30), lines=None, rate=30.0):
     """A log of crossings whose HS goes up and down, and whose spikes rise with the speed. These numbers are made up."""
     rows = [
         [trial, speed, (i + 1) / rate, math.sin(math.pi * i / FRAMES) * 0.9, int(i < speed - trial)]
         for trial, speed in enumerate(speeds) for i in range(FRAMES)
     ]  # fmt: skip
-    table = [head, *rows]
+    table = [HEAD, *rows]
     for line, cells in (lines or {}).items():
         table[line - 1] = cells
     with path.open("w", newline="", errors="surrogateescape") as file:
@@ -51,10 +50,7 @@ def simulated(tmp_path_factory):
     """Two crossings with their recordings, under a parameter that is not at its default."""
     folder = tmp_path_factory.mktemp("simulated") / "speed"
     settings = {"experiment.speeds_cm_s": [20, 30], "dsnn.n_con": 6}
-    try:
-        yield experiments.run("speed", settings=settings, repeats=1, quiet=True, workers=0, out=folder)
-    finally:
-        forget_simulations()
+    return experiments.run("speed", settings=settings, repeats=1, quiet=True, workers=0, out=folder)
 
 
 def test_a_simulated_run_comes_back_equal(simulated, tmp_path):
