@@ -22,6 +22,7 @@ from experiments.bench.live.session import ROBOTS, Session
 from experiments.bench.run.errors import TrialError, UsageError
 from experiments.bench.run.play import Sample
 from experiments.bench.run.settings import described, schema_of
+from experiments.bench.sources.conditions import FASTEST_CM_S
 
 IMAGE_PX = 396
 """Width at which the camera's frame is sent, or a whole number of its pixels below that."""
@@ -181,8 +182,7 @@ class Page:
         self.scene = Scene(server.scene)
 
         for robot in ROBOTS:
-            also = "" if robot == "stimulus" else ", with shift"
-            group = gui.add_button_group(robot, tuple(MOVES), hint=f"keys J, I, X, K, L{also}")
+            group = gui.add_button_group(robot, tuple(MOVES))
             group.on_click(
                 lambda event, robot=robot: ask(partial(session.drive, robot, *MOVES[event.target.value][:2]))
             )
@@ -191,9 +191,9 @@ class Page:
                 command = gui.add_command(f"{robot}: {move}", hotkey=key, modifier=shift)
                 do = partial(session.drive, robot, ahead, turn)
                 command.on_trigger(lambda _, do=do: ask(do))
-        speed = gui.add_slider("speed, cm/s", 0.5, 35.0, 0.5, session.speed_cm_s)
-        self.follow(speed, lambda value: session.set_speed(float(value)), lambda: session.speed_cm_s)
-        pause = gui.add_button_group("time", ("pause", "step", "again"), hint="Space, N, R")
+        speed = gui.add_slider("speed, cm/s", 0.5, FASTEST_CM_S, 0.5, session.speed_cm_s)
+        self.follow(speed, lambda value: setattr(session, "speed_cm_s", float(value)), lambda: session.speed_cm_s)
+        pause = gui.add_button_group("time", ("pause", "step", "again"))
         pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
         gui.add_button("record", hint="C: a run of this trial since its beginning").on_click(lambda _: ask(self.record))
 
@@ -262,11 +262,9 @@ class Page:
 
 def _number(gui: viser.GuiApi, label: str, schema: Mapping[str, Any], now: float, hint: str) -> Any:
     """Add the control of a number: a slider where it has two ends, with a mark at the present value."""
-    ends = [schema.get(name, schema.get(f"exclusive{name.capitalize()}")) for name in ("minimum", "maximum")]
-    if None in ends:
-        least = schema.get("minimum", schema.get("exclusiveMinimum"))
-        return gui.add_number(label, now, min=None if least is None else type(now)(least), hint=hint)
-    slot = 1 if isinstance(now, int) else float(10.0 ** math.floor(math.log10(max(ends[1] - ends[0], 1e-6) / 100)))
-    low = type(now)(ends[0] + (0 if "minimum" in schema else slot))
-    high = type(now)(ends[1] - (0 if "maximum" in schema else slot))
-    return gui.add_slider(label, min(low, now), max(high, now), slot, now, marks=((now, f"{now:g}"),), hint=hint)
+    low, high = (schema.get(name, schema.get(f"exclusive{name.capitalize()}")) for name in ("minimum", "maximum"))
+    if low is None or high is None:
+        return gui.add_number(label, now, min=None if low is None else type(now)(low), hint=hint)
+    slot = 1 if isinstance(now, int) else float(10.0 ** math.floor(math.log10(max(high - low, 1e-6) / 100)))
+    marks = ((now, f"{now:g}"),)
+    return gui.add_slider(label, type(now)(min(low, now)), type(now)(max(high, now)), slot, now, marks=marks, hint=hint)

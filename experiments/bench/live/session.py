@@ -17,15 +17,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import new_folder
 from experiments.bench.run.play import ModelRunner, Sample, Showing, change
 from experiments.bench.run.settings import assignments
-from experiments.bench.sources.conditions import (
-    FASTEST_CM_S,
-    LONGEST_FRAMES,
-    Change,
-    Hand,
-    Place,
-    RobotName,
-    place_of,
-)  # fmt: skip
+from experiments.bench.sources.conditions import LONGEST_FRAMES, Change, Hand, Place, RobotName, place_of
 from experiments.bench.sources.experiment import visit
 from experiments.bench.sources.robot import HandDrive, RobotSource, trials_of
 from experiments.bench.trials import checked
@@ -60,7 +52,7 @@ class Session:
     interval_s
         Time between two frames.
     speed_cm_s
-        Speed at which robots are driven.
+        Speed at which robots are driven; a new one is for robots under way too.
 
     Parameters
     ----------
@@ -155,12 +147,6 @@ class Session:
     def drive(self, robot: RobotName, ahead: float, turn: float = 0.0) -> None:
         """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
         self._moves[robot] = (ahead, turn)
-
-    def set_speed(self, speed_cm_s: float) -> None:
-        """Set the speed of driving, for robots under way too."""
-        if not 0.1 <= speed_cm_s <= FASTEST_CM_S:
-            raise UsageError(f"speed must be between 0.1 and {FASTEST_CM_S:g} cm/s, got {speed_cm_s:g}")
-        self.speed_cm_s = speed_cm_s
 
     def _command(self) -> None:
         poses = self.poses

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, Progress
 from rich.table import Table
 from rich.text import Text
 
@@ -167,8 +167,8 @@ def progress(
     callable
         To be called with the size of each job that is finished, 1 by default.
     """
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[left]}"))
-    bar = Progress(*columns, console=error_console, transient=True, disable=quiet or not error_console.is_terminal)
+    bar = Progress("{task.description}", BarColumn(), "{task.fields[left]}", console=error_console, transient=True,
+                   disable=quiet or not error_console.is_terminal)  # fmt: skip
     size = float(total if whole is None else whole)
     began_s = shown_s = time.monotonic()
     done, amount = 0, 0.0

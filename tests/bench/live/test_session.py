@@ -81,7 +81,6 @@ def test_a_parameter_changes_the_answer_and_comes_back():
         lambda s: s.change("../etc", "w_i", "1"),
         lambda s: s.set("scene.light", "1e9"),
         lambda s: s.set("no.such", "1"),
-        lambda s: s.set_speed(float("inf")),
     ],
 )
 def test_what_is_refused_changes_nothing(refused):
@@ -96,7 +95,7 @@ def test_what_is_refused_changes_nothing(refused):
 
 def test_robots_stop_before_the_wall_and_before_each_other():
     session = Session(["dsnn"])
-    session.set_speed(30.0)
+    session.speed_cm_s = 30.0
     session.begin({"stimulus": (12.0, 0.0, 180.0), "observer": (0.0, 0.0, 0.0)})
     session.drive("stimulus", 1.0)  # the observer is in the way
     hs(session, 120)
