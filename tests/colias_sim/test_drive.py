@@ -73,6 +73,7 @@ def test_the_follower_steers_back_to_the_line():
     expected = (0.002 + (math.radians(2) + rate * 0.002) * travelled) * np.exp(-rate * travelled)
     np.testing.assert_allclose(rows[:, 2], expected, atol=1e-4)
     assert abs(rows[-1, 2]) < 2e-4
+    assert math.radians(3.5) / (math.e * rate) < 1e-3, "3.5 sd of a trial's heading stay within its tolerance"
 
 
 @pytest.mark.parametrize(("speed", "turn"), [(0.1, 0.0), (0.05, 2.0), (0.0, 3.0), (-0.1, 0.0), (0.1, -1.5)])

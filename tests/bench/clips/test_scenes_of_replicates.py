@@ -5,14 +5,12 @@ import json
 
 import cv2
 import numpy as np
-import pytest
 
 from dsnn.stimuli import SCENES
 from experiments import Clip, Study
 from experiments.bench import registry, sweep_plan
 from experiments.bench.offline import plan, play_clip
 from experiments.bench.run.description import differences
-from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import to_json
 from experiments.bench.run.models import choose
 from experiments.bench.sources.clips import clips_of
@@ -81,8 +79,6 @@ def test_the_wall_has_the_first_picture(tmp_path):
     trial_plan = robot_plan(registry.load("general"), ["dsnn"], (), 2, 5, user_pictures)
     assert {spec.settings.scene.wall for spec in trial_plan.specs} == {user_pictures[0]}
     assert "scene.wall" not in trial_plan.parameters  # as a replicate's wall is no setting of all trials
-    with pytest.raises(UsageError, match="give one of them"):
-        robot_plan(registry.load("general"), ["dsnn"], [f"scene.wall={user_pictures[0]}"], 2, 5, user_pictures)
 
 
 def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
