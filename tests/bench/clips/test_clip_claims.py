@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from experiments import NAMES, OFFLINE
+from experiments import OFFLINE
 from experiments.bench import registry
 from experiments.bench.run.play import Trial, show
 from experiments.bench.run.settings import watchers
@@ -14,7 +14,6 @@ from experiments.claims.clips import ASSUMED, MATCHED
 from experiments.claims.robot import CONNECTIONS
 from tests.helpers.clip_rows import (
     FEWER,
-    SIGNED,
     WITHOUT,
     T,
     alone,
@@ -275,19 +274,11 @@ def on_both(claim, factor=1.0, equal=1.0):
 def test_a_rival_on_equal_terms_is_judged_beside_and_whatever_is_known_of_it(claim):
     """Its gain changes the plain numbers alone, and the plain numbers are as without it."""
     first, second = (judge(claim, on_both(claim, factor), T) for factor in (1.0, 2.0))
+    assert set(CLAIMS[claim].equal_terms) == CLAIMS[claim].models - {"dsnn"}
     assert first.equal.judged and first.equal.equal is None and first.equal == second.equal
     assert first.checks != second.checks
     assert judge(claim, on_both(claim, 1.0, equal=2.0), T).equal.checks != first.equal.checks
     assert dataclasses.replace(first, equal=None) == judge(claim, enough(claim), T)
-
-
-def test_the_rivals_on_equal_terms_are_those_that_claims_name_and_experiments_show():
-    for claim in COMPARING:
-        assert set(CLAIMS[claim].equal_terms) == CLAIMS[claim].models - {"dsnn"}
-    for name in (*NAMES, *OFFLINE):
-        experiment = registry.find(name)
-        for claim in set(experiment.claims) & set(COMPARING):
-            assert set(CLAIMS[claim].equal_terms.values()) <= set(experiment.models), (name, claim)
 
 
 def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn_does():
@@ -307,4 +298,4 @@ def test_the_mean_per_correlator_counts_each_sum_by_how_many_it_is_of():
 
 def test_all_off_line_claims_are_judged_once():
     judged = [claim for name in OFFLINE for claim in registry.find(name).claims if isinstance(claim, str)]
-    assert sorted(judged) == sorted(CLAIMS) and set(SIGNED) == {"rightward", "leftward", "downward", "upward"}
+    assert sorted(judged) == sorted(CLAIMS)
