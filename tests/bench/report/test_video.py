@@ -11,7 +11,6 @@ import pytest
 from experiments.bench.report import video
 from experiments.bench.report.recordings import pictures_of
 from experiments.bench.report.video import Canvas, Reel, changes, film_times, make, strip
-from experiments.bench.run.models import choose
 from experiments.bench.run.record import OFF, ON, STILL
 from experiments.bench.sources.episodes import load_behaviour, play
 from experiments.bench.sources.episodes import record as record_episode
@@ -27,23 +26,22 @@ SEEN = "world/observer/camera/image"
 @pytest.fixture(scope="module")
 def trial(tmp_path_factory):
     """A finished trial, and its recording."""
-    result = Played(spec(models=(choose("dsnn"),)), maps=True)
+    result = Played(spec(), maps=True)
     path = tmp_path_factory.mktemp("video") / "trial-0007.rrd"
     path.write_bytes(result.recording)
-    return result, path
+    return result, Reel(path)
 
 
 def test_a_trial_is_read_back_as_it_was(trial):
-    result, path = trial
-    reel, series = Reel(path), result.answers[0].series
+    result, reel = trial
+    series, columns = result.answers[0].series, result.columns
     for name, values in (("hs", series.hs), ("vs", series.vs), ("spikes/hs", series.hs_spikes)):
         np.testing.assert_array_equal(reel.values["dsnn"][name][1], values)
     assert reel.levels == {"dsnn": pytest.approx([-0.2, 0.2])}
-    np.testing.assert_allclose(reel.time_s, result.columns.sim_time_s, atol=1e-8)
-    columns = result.columns
+    np.testing.assert_allclose(reel.time_s, columns.sim_time_s, atol=1e-8)
     poses = np.vstack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.radians(columns.stimulus_heading_deg)])
     np.testing.assert_allclose(reel.tracks["stimulus"][1:], poses, atol=1e-5)
-    np.testing.assert_array_equal([picture for _, picture in pictures_of(path, SEEN)], result.media.images[""])
+    np.testing.assert_array_equal([picture for _, picture in pictures_of(reel.path, SEEN)], result.media.images[""])
 
 
 def test_an_episode_is_read_back_as_it_was(tmp_path):
@@ -58,8 +56,7 @@ def test_an_episode_is_read_back_as_it_was(tmp_path):
 
 
 def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
-    result, path = trial
-    reel = Reel(path)
+    result, reel = trial
     canvas = Canvas(reel, SIZE)
     (panels,), (lane,) = canvas.panels, canvas.lanes.values()
 
@@ -97,7 +94,7 @@ def test_what_changed_is_warm_where_it_became_brighter_and_cool_where_darker():
 def test_the_picture_shown_is_the_last_one_that_was_taken(trial, monkeypatch):
     taken = [np.full((2, 2), value, np.uint8) for value in range(3)]
     monkeypatch.setattr(video, "pictures_of", lambda path, eye: zip((0.0, 0.5, 1.0), taken, strict=True))
-    seen = [one[SEEN] for one in Reel(trial[1]).seen([-0.1, 0.0, 0.49, 0.5, 7.0])]
+    seen = [one[SEEN] for one in trial[1].seen([-0.1, 0.0, 0.49, 0.5, 7.0])]
     assert seen[0] is None and [int(one[0, 0]) for one in seen[1:]] == [0, 0, 1, 2]
 
 
@@ -108,7 +105,7 @@ def test_models_are_those_asked_for_otherwise_the_first(tmp_path):
 
 
 def test_times_of_a_film(trial):
-    reel = Reel(trial[1])
+    _, reel = trial
     times, rate = film_times(reel)
     assert rate == pytest.approx(30.0) and np.array_equal(times, reel.time_s)
     slow, _ = film_times(reel, speed=0.5)
@@ -118,7 +115,7 @@ def test_times_of_a_film(trial):
 @pytest.mark.parametrize("ending", [".mp4", ".webp"])
 def test_a_film_has_every_frame_and_no_file_is_left_of_one_that_breaks_off(trial, tmp_path, ending):
     pytest.importorskip("imageio_ffmpeg")
-    reel, out = Reel(trial[1]), tmp_path / f"trial{ending}"
+    (_, reel), out = trial, tmp_path / f"trial{ending}"
     count = make(reel, out, SIZE, rate=10.0)
     if ending == ".mp4":
         assert len(decoded(out)) == count
@@ -130,8 +127,7 @@ def test_a_film_has_every_frame_and_no_file_is_left_of_one_that_breaks_off(trial
 
 
 def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
-    result, path = trial
-    reel = Reel(path)
+    result, reel = trial
     strip(reel, tmp_path / "strip.png", 3)
     assert cv2.imread(str(tmp_path / "strip.png")).shape[1] == 1800
     moments = reel.time_s[[0, result.frames // 2, -1]].tolist()
