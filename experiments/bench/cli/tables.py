@@ -15,13 +15,8 @@ from experiments.bench.sources.trial_rows import varying
 
 SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "peak_hs": ("mean",),
          "trough_hs": ("mean",), "peak_looming": ("mean",)}  # fmt: skip
-"""Quantities that the table of a run has, as far as its models have them -> their columns of the summary."""
-
-
-def _of(quantity: str, column: str) -> pl.Expr:
-    """Return a column of one quantity's row of the summary; a mean has the name of its quantity."""
-    value = pl.col(column).filter(quantity=quantity).first()
-    return value.alias(quantity) if column == "mean" else value
+"""Quantities that the table of a run has, as far as its models have them -> their columns of the summary; a mean has
+the name of its quantity."""
 
 
 def show(run: Run) -> None:
@@ -35,7 +30,8 @@ def show(run: Run) -> None:
     elif rows:
         keys, shown = ["model", *CONDITION_COLUMNS], run.summary.filter(pl.col("model").is_in([*models]))
         known = [name for name in SHOWN if name in shown["quantity"]]
-        values = [_of(name, column) for name in known for column in SHOWN[name]]
+        values = [pl.col(column).filter(quantity=name).first().alias(name if column == "mean" else column)
+                  for name in known for column in SHOWN[name]]  # fmt: skip
         table = shown.group_by(keys, maintain_order=True).agg(pl.col("n").max(), *values)
         terminal.show(table.select(*varies, "n", *table.columns[len(keys) + 1 :]))
     out_console.print()

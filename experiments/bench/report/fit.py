@@ -15,6 +15,7 @@ def draw(run: Any) -> Figure:
     shares, settings = run.fitted["importance"], run.summary
     keys = sorted(run.fitted["winner"], key=lambda key: -shares.get(key, 0.0))[:5]
     anew = run.anew.filter(name=run.anew["name"][0]).reverse().with_row_index("place")
+    anew = anew.with_columns(value=pl.col("kept") / pl.col("replicates"))
     with style.look():
         figure = Figure((style.WIDTH, 2.2 * (1 + len(keys) // 3) + 0.9), layout="constrained")
         *panels, again = style.grid(figure, len(keys) + 1, 3)
@@ -28,9 +29,7 @@ def draw(run: Any) -> Figure:
             panel.set_xlabel(f"{key} ({shares.get(key, 0.0):.0%})")
         panels[0].set_ylabel("least slack")
         panels[0].legend(fontsize=style.SMALL, frameon=False)
-        value = pl.col("kept") / pl.col("replicates")
-        known = anew.with_columns(value=value)
-        style.intervals(again, known, known["place"], ("value", "low", "high"), ms=4, color=style.INK)
+        style.intervals(again, anew, anew["place"], ("value", "low", "high"), ms=4, color=style.INK)
         again.set_yticks(anew["place"], [f"no. {number}" for number in anew["number"]])
         again.set_xlim(-0.02, 1.02)
         again.set_xlabel("share that keeps every claim")

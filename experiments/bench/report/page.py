@@ -96,7 +96,7 @@ def _row(claim: Verdict, pooled: Mapping[str, Any], readings: Sequence[Mapping[s
     broken = count.fails and count.word != "holds"
     held = count.sentence() if claim.experiment else "not judged"
     words = texts()[claim.id]
-    unless = words.get("cause", NO_CAUSE) if broken else "" if count.judged else claim.outcome.deciding
+    unless = words.get("cause", NO_CAUSE) if broken else "" if count.judged else style.sentence(claim.outcome.deciding)
     evidence = _evidence(claim, pooled.get(claim.id)) | {
         f"With {row['under']}": row["came_to"] for row in readings if row["claim"] == claim.id
     }

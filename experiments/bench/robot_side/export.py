@@ -19,11 +19,6 @@ ADDRESSES = {"FLASH": 0x0800_0000, "MAIN": 0x2000_0000, "CORE": 0x1000_0000}
 """Addresses of the STM32F427's memories (its reference manual, memory map)."""
 SHOWN = ("noise", "pixel flicker", "grating")
 """The clips that the self-measuring program shows: those with the frames of the most instructions."""
-COPIED = (
-    "startup.c", "memory.c", "chip.h", "camera.c", "camera.h", "semihost.c", "semihost.h", "counter.c", "counter.h",
-    "answers.c", "host_main.c", "states.h", "split.h", "measure_main.c", "record.c", "record.h", "board.h",
-    "board_qemu.c", "board_stm32.c", "sections.ld",
-)  # fmt: skip
 
 
 def export(program: firmware.Program, folder: Path, assignments: Sequence[str] = ()) -> None:
@@ -61,8 +56,9 @@ def export(program: firmware.Program, folder: Path, assignments: Sequence[str] =
         **{name: render(f"robot_side/templates/{name}.j2", **words) + "\n"
            for name in ("Makefile", "README.md", "experiment.py")},
     }  # fmt: skip
-    sources = {name: firmware.CHIP_SIDE / name for name in (*COPIED, "include/string.h")}
-    sources |= {"main.c": firmware.CHIP_SIDE / "robot_main.c", **{name: firmware.NATIVE / name for name in ONBOARD}}
+    sources = {str(path.relative_to(firmware.CHIP_SIDE)): path for path in firmware.CHIP_SIDE.rglob("*.*")}
+    sources["main.c"] = sources.pop("robot_main.c")
+    sources |= {name: firmware.NATIVE / name for name in ONBOARD}
     (folder / "include").mkdir(parents=True, exist_ok=True)
     for name, source in sources.items():
         (folder / name).write_bytes(source.read_bytes())
