@@ -41,7 +41,10 @@ def run() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python would try once more, and complain
         status = status or EXIT_CLOSED
     if message:
-        print(_with_tip(message), file=sys.stderr, flush=True)
+        text = _with_tip(message)
+        if sys.stderr.isatty() and "NO_COLOR" not in os.environ:
+            text = text.replace(ERROR, f"\x1b[31m{ERROR}\x1b[0m", 1)
+        print(text, file=sys.stderr, flush=True)
     sys.exit(status)
 
 

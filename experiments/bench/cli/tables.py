@@ -45,7 +45,9 @@ def show(run: Run) -> None:
             equal = robot.join(shown, on=["trial", "frame", *logged]).height
             out_console.print(f"{own}, {model}: {equal} of {robot.height} frames have equal responses")
         if not any(row[end] for row in seen for end in PEAKS):
-            out_console.print(f"{model} is silent: all its potentials are 0")
+            greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
+            range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
+            out_console.print(f"{model} is silent: all its potentials are 0{range_of}")
     if rows and not clips and run.comparisons.height:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
