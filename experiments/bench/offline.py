@@ -18,9 +18,9 @@ from experiments.bench.run.rows import TrialRecord
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import TRIALS, OfflineExperiment, pixels, record
+from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
 from experiments.bench.sources.judge import judge
-from experiments.bench.sources.pictures import Pictures, digests
+from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import find_claim
 from experiments.bench.stats.tests import summary_rows
@@ -43,7 +43,7 @@ def describe(
         "models": models,
         **({"changed": changed} if changed else {}),
         THRESHOLDS: {model.label: model.thresholds for model in models},
-        **({"pictures": digests(pictures)} if pictures else {}),
+        **described_scenes(experiment.clips, repeats, pictures),
         "clips": {clip.label(): clip.open(seed).stimulus.params for clip in clips},
         "recordings": False,
         **provenance.of((model.source for model in models), experiment),

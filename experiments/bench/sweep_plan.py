@@ -121,7 +121,8 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
 
         return [clip.build(seed).params for clip in moved.clips], specs
 
-    described = {"changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}
+    described = {**clips.described_scenes(whole.clips, study.replicates, None),
+                 "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
     return Part(whole, models, base, 1, render, described)
 
 

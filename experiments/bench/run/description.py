@@ -25,9 +25,9 @@ THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
 NOTES = frozenset((KIND, BEGUN, ENDED, "command", RENDERERS, THRESHOLDS, *provenance.KEYS))
 """Entries that are not parameters."""
-DERIVED = frozenset(("trials", "changed", "clips"))
+DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""
-OF_REPLICATES = ("replicates", "trials")
+OF_REPLICATES = ("replicates", "trials", "backgrounds")
 """Entries of a study that grow when it resumes with more replicates: its trials are in the order of these."""
 MOST_NAMED, LONGEST = 3, 60
 """Parameters, and characters of a value, that a refusal to resume names."""

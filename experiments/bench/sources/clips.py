@@ -19,7 +19,7 @@ from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
-from experiments.bench.sources.pictures import Pictures, picture
+from experiments.bench.sources.pictures import Pictures, digests, picture
 from experiments.bench.stats.claim import Claim, check_claims
 
 if TYPE_CHECKING:
@@ -452,6 +452,17 @@ def _image(replicate: int, pictures: Pictures | None) -> str:
     if pictures:
         return picture(pictures, replicate)
     return list(SCENES)[(replicate - 1) % len(SCENES)] if replicate else PHOTOGRAPH
+
+
+def described_scenes(clips: Iterable[Clip], replicates: int, pictures: Pictures | None) -> dict[str, list[str]]:
+    """Return what ``run.json`` has of the scenes of clips; nothing where none of them takes one.
+
+    ``backgrounds`` has the background of each replicate, ``pictures`` each of a user's own with its digest.
+    """
+    if not any(clip.takes_scene() for clip in clips):
+        return {}
+    names = [Path(_image(replicate, pictures)).name for replicate in range(replicates)]
+    return {"backgrounds": names, **({"pictures": digests(pictures)} if pictures else {})}
 
 
 def find_stimulus(source: str) -> StimulusEntry:

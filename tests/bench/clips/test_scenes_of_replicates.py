@@ -53,6 +53,14 @@ def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
     assert [s.seed for s in ran.specs] == [3 + k for k in range(6) for _ in DEPTH.clips]
 
 
+def test_a_run_s_description_has_the_scene_of_each_replicate():
+    """So that a run before windows of one photograph is not gone on with before scenes."""
+    assert plan(DEPTH, DEPTH.models, (), 3, 0).description["backgrounds"] == ["photograph", "dead-leaves", "pink"]
+    assert "backgrounds" not in plan(registry.find("clean"), ["dsnn"], (), None, 0).description
+    study = Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=2)
+    assert sweep_plan.planned(study).description["backgrounds"] == ["photograph", "dead-leaves"]
+
+
 def test_rows_say_what_is_behind_the_object(tmp_path):
     small = [("rows", 32), ("columns", 64), ("width", 8.0), ("height", 8.0), ("duration_s", 0.2)]
     experiment = dataclasses.replace(DEPTH, clips=[Clip("a", "cluttered", [*small, ("motion", "looming")])])
