@@ -14,7 +14,6 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -207,13 +206,11 @@ def threshold(
                   in_layout=False)  # fmt: skip
 
 
-def decades(axes: Axes, values: npt.ArrayLike) -> None:
+def decades(axes: Axes, values: pl.Series) -> None:
     """Make the x axis logarithmic beyond the smallest values, but for 0, where they span more than two decades."""
-    signed = np.asarray(values, float)
-    sizes = np.abs(signed[signed != 0.0])
+    sizes = values.abs().filter(values != 0.0).to_numpy()
     if sizes.size and sizes.max() > 100.0 * sizes.min():
-        axes.set_xscale("symlog", linthresh=10.0 ** np.floor(np.log10(max(sizes.min(), 1e-4 * sizes.max()))))
-        axes.set_xlim(0.0 if signed.min() >= 0.0 else None, 1.6 * sizes.max())
+        axes.set_xscale("symlog", linthresh=max(sizes.min(), 1e-4 * sizes.max()))
         plain_numbers(axes)
 
 
