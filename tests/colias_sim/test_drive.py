@@ -100,14 +100,6 @@ def test_wheels_saturate_together():
     assert (right - left) / (left + right) == pytest.approx(5.0 * 0.032 / 2 / 0.35)
 
 
-def test_the_motor_limit_holds_in_physics():
-    model, data, robot = bench(RobotConfig(max_speed_cm_s=10.0))
-    robot.place(Pose(0.0, 0.0, 0.0))
-    robot._left[:] = robot._right[:] = 1000.0
-    mujoco.mj_step(model, data, 300)
-    assert robot.velocity[0] == pytest.approx(0.10, rel=0.03)
-
-
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_an_arc_is_a_part_of_a_circle(side):
     """A quarter of a circle of 10 cm about a centre on that side; a pose 1 cm outside it is 1 cm to the other side."""

@@ -23,11 +23,8 @@ from colias_sim.calibrate import (
 )
 from colias_sim.exposure import exposure_samples, next_exposure, plan_frame
 from colias_sim.scene import steps_per_frame, timestep
+from tests.colias_sim.views import AWAY, LENS, PLAIN, QUIET, frames, view
 
-LENS = CameraConfig().forward_cm / 100
-PLAIN = SceneConfig(arena="plain", light_sd=0, turn_wall=False)
-AWAY = Pose(-0.3, 0.0, 0.0)
-QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0)
 FLOOR = slice(58, 72)
 """Rows that show nothing but floor, evenly lit."""
 
@@ -53,8 +50,6 @@ def test_an_edge_leans_by_row_time_times_speed():
     """Row time x speed, as the pinhole sees it: the edge below is younger, so it is farther to the right."""
     with Simulation(camera=ROLLING, scene=PLAIN) as sim:
         rng = np.random.default_rng(0)
-        sim.reset({"stimulus": AWAY}, rng)
-        empty = sim.step(rng).luma.astype(float)
         sim.reset({"stimulus": Pose(LENS + 0.08, 0.028, -math.pi / 2)}, rng)
         robot = sim.robots["stimulus"]
         robot.drive(robot.wheels_for(SPEED, 0.0))
@@ -63,7 +58,7 @@ def test_an_edge_leans_by_row_time_times_speed():
         luma = sim.step(rng).luma
         speed, y = (before - robot.pose.y) * ROLLING.fps, robot.pose.y
     assert speed == pytest.approx(SPEED, rel=0.01)
-    rows = np.arange(30, 52)
+    empty, rows = view(ROLLING, PLAIN), np.arange(30, 52)
     row_s = ROLLING.row_time_us * 1e-6
     expected = [left_edge(y + speed * row_s * (71 - row)) for row in rows]
     measured, wanted = lean(edge_columns(luma, empty, rows), rows), lean(np.array(expected), rows)
@@ -97,10 +92,7 @@ def test_rows_read_one_by_one_are_a_still_scene_s_picture():
     """Of a scene at rest a rolling shutter takes the same picture, bit for bit."""
     pictures = []
     for camera in (QUIET, dataclasses.replace(QUIET, row_time_us=418.0, row_bands=7, exposure_samples=3)):
-        with Simulation(camera=camera) as sim:
-            rng = np.random.default_rng(0)
-            sim.reset({"stimulus": Pose(LENS + 0.08, 0.0, 0.0)}, rng)
-            pictures += [sim.step(rng).luma, sim.step(rng).luma]
+        pictures += [frame.luma for frame in frames(camera, SceneConfig(), Pose(LENS + 0.08, 0.0, 0.0), count=2)]
     for picture in pictures[1:]:
         np.testing.assert_array_equal(picture, pictures[0])
 
@@ -115,10 +107,7 @@ WANTED = 23
 @pytest.fixture(scope="module")
 def cold() -> CameraConfig:
     """A loop that starts so low that its last step but one ends just below the zone: 10 % of the zone would show."""
-    with Simulation(camera=dataclasses.replace(QUIET, gain=0.5), scene=PLAIN) as sim:
-        rng = np.random.default_rng(0)
-        sim.reset({"stimulus": AWAY}, rng)
-        half = float(sim.step(rng).luma.mean())  # the mean at half the unit exposure
+    half = view(dataclasses.replace(QUIET, gain=0.5), PLAIN).mean()  # the mean at half the unit exposure
     start = (TARGET - 1.05 * ZONE) / (1.0 + STEP) ** (WANTED - 1) / (half / (0.5 * CameraConfig().ae_unit_ms))
     return dataclasses.replace(QUIET, auto_exposure=True, ae_start="cold", exposure_ms=start)
 
@@ -128,14 +117,11 @@ def test_the_exposure_loop_settles_in_the_steps_of_its_closed_form(cold):
 
     The answer to frame 1 is in force from frame 3: n is 0, 0, 10, 20, 23, 23, ...
     """
-    with Simulation(camera=cold, scene=PLAIN) as sim:
-        rng = np.random.default_rng(0)
-        sim.reset({"stimulus": AWAY}, rng)
-        frames = [sim.step(rng) for _ in range(7)]
+    taken = frames(cold, PLAIN, count=7)
     counts = [min(STEPS * max(0, i - 1), WANTED) for i in range(7)]
     expected = [cold.exposure_ms * (1.0 + STEP) ** n for n in counts]
-    assert [frame.exposure_ms for frame in frames] == pytest.approx(expected, rel=1e-3)
-    means = [float(frame.luma.mean()) for frame in frames]
+    assert [frame.exposure_ms for frame in taken] == pytest.approx(expected, rel=1e-3)
+    means = [float(frame.luma.mean()) for frame in taken]
     assert means[-1] / means[0] == pytest.approx(expected[-1] / expected[0], rel=0.02)
     assert TARGET - ZONE <= means[-1] <= TARGET + ZONE
 
@@ -165,15 +151,12 @@ def test_no_part_of_a_short_exposure_is_shorter_than_two_physics_steps():
 
 def test_light_doubles_until_it_saturates():
     """A picture at twice the light is twice as bright, up to 255: textured wall, floor and dark shell."""
-    pictures = []
-    for settings in (dataclasses.replace(DIM, gain=0.6), dataclasses.replace(DIM, gain=1.2)):
-        with Simulation(camera=settings, scene=SceneConfig(light_sd=0, turn_wall=False)) as sim:
-            rng = np.random.default_rng(0)
-            sim.reset({"stimulus": Pose(LENS + 0.08, 0.0, 0.0)}, rng)
-            pictures.append(sim.step(rng).luma.astype(float))
-    expected = np.minimum(2.0 * pictures[0], 255.0)
+    once, twice = (
+        view(dataclasses.replace(DIM, gain=gain), stimulus=Pose(LENS + 0.08, 0.0, 0.0)) for gain in (0.6, 1.2)
+    )
+    expected = np.minimum(2.0 * once, 255.0)
     assert (expected == 255.0).mean() > 0.3 and ((expected > 100.0) & (expected < 250.0)).mean() > 0.05
-    assert np.abs(pictures[1] - expected).max() <= 3.0  # two roundings of each render, one doubled
+    assert np.abs(twice - expected).max() <= 3.0  # two roundings of each render, one doubled
 
 
 DIM = dataclasses.replace(QUIET, multisample=0)
@@ -296,9 +279,7 @@ def test_the_light_falls_off_before_noise_and_the_curve_bends_noise_too():
 def settled(**changes: object) -> tuple[float, float]:
     """Exposure and mean luma of a small eye whose loop has settled."""
     loop = dataclasses.replace(QUIET, width=33, height=24, auto_exposure=True)
-    with Simulation(camera=dataclasses.replace(loop, **changes), scene=PLAIN) as sim:
-        sim.reset({"stimulus": AWAY}, np.random.default_rng(0))
-        frame = sim.step(np.random.default_rng(0))
+    (frame,) = frames(dataclasses.replace(loop, **changes), PLAIN)
     return frame.exposure_ms, float(frame.luma.mean())
 
 

@@ -10,6 +10,7 @@ import pytest
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from colias_sim.scene import OWN_BODY_GROUP, compile_model, compose, texels
 from scenes import ARENAS, FOLDER, ROBOTS, generate
+from tests.colias_sim.views import QUIET, STILL, view
 
 
 @pytest.mark.parametrize("name", [*ARENAS, *ROBOTS])
@@ -33,7 +34,8 @@ def test_parameters_reach_the_model():
     wheels = model.body("stimulus/left_wheel").pos[1] - model.body("stimulus/right_wheel").pos[1]
     assert wheels == pytest.approx(0.03)
     assert model.body("stimulus/base").subtreemass[0] == pytest.approx(0.04)
-    np.testing.assert_allclose(model.actuator("stimulus/left").ctrlrange, [-20, 20])
+    motor = model.actuator("stimulus/left")
+    assert motor.ctrllimited and motor.ctrlrange.tolist() == pytest.approx([-20, 20])
     assert model.camera("stimulus/eye").pos[2] == pytest.approx(0.015)
     width = 2 * math.degrees(math.atan(99 / 2 / camera.focal_px))
     assert width == pytest.approx(60.0)
@@ -41,8 +43,7 @@ def test_parameters_reach_the_model():
 
 def test_the_observer_does_not_see_itself():
     """Leaving its own body out of its picture is a saving, not a change: the lens stands in front of it."""
-    camera = CameraConfig(shot_noise=0, read_noise=0)
-    with Simulation(camera=camera, scene=SceneConfig(light_sd=0, turn_wall=False)) as sim:
+    with Simulation(camera=QUIET, scene=STILL) as sim:
         sim.reset({"observer": Pose(0, 0, 0), "stimulus": Pose(0.1, 0.0, 1.0)}, np.random.default_rng(0))
         without = sim.step(np.random.default_rng(0)).luma
         sim.camera._option.geomgroup[OWN_BODY_GROUP] = 1
@@ -52,13 +53,11 @@ def test_the_observer_does_not_see_itself():
 
 @pytest.mark.parametrize(("arena", "low", "high"), [("bright", 220, 252), ("plain", 220, 252), ("dim", 90, 150)])
 def test_brightness_of_the_arenas(arena, low, high):
-    with Simulation(scene=SceneConfig(arena=arena, light_sd=0)) as sim:
-        sim.reset({"stimulus": Pose(-0.3, 0.0, 0.0)}, np.random.default_rng(0))
-        luma = sim.step(np.random.default_rng(0)).luma.astype(float)
-        assert low < luma.mean() < high
-        # Lamps shade the wall gradually, clutter has edges.
-        clutter = np.abs(np.diff(luma[:30], axis=1)).mean() / luma.mean()
-        assert (clutter > 0.01) == (arena != "plain"), clutter
+    luma = view(CameraConfig(), SceneConfig(arena=arena, light_sd=0))
+    assert low < luma.mean() < high
+    # Lamps shade the wall gradually, clutter has edges.
+    clutter = np.abs(np.diff(luma[:30], axis=1)).mean() / luma.mean()
+    assert (clutter > 0.01) == (arena != "plain"), clutter
 
 
 def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():

@@ -82,12 +82,10 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_does_not_say_its_greys_is_refused_in_a_line(tmp_path, name):
+def test_what_does_not_say_its_greys_is_refused(tmp_path, name):
     REFUSED[name](tmp_path / name)
-    with pytest.raises(ValueError) as raised:
+    with pytest.raises(ValueError, match=name):
         read_picture(tmp_path / name)
-    message = str(raised.value)
-    assert message.startswith(str(tmp_path / name)) and "\n" not in message
 
 
 def test_a_camera_s_own_levels_are_8_bit_greys_and_no_others(tmp_path):

@@ -25,10 +25,15 @@ def end_after(steps: int, patch: pytest.MonkeyPatch) -> None:
         patch.setattr(gym.registry[name], "max_episode_steps", steps)
 
 
+OPEN: list[ColiasEnv[Any]] = []
+"""Envs to be closed when the test ends."""
+
+
 def bare(name: str, **options: Any) -> ColiasEnv[Any]:
     """The env without Gymnasium's wrappers: no time limit, no checks but its own."""
     env = gym.make(name, **options).unwrapped
     assert isinstance(env, ColiasEnv)
+    OPEN.append(env)
     return env
 
 

@@ -31,7 +31,6 @@ def test_spaces_are_those_of_the_docstring(name):
         env = bare(name, observation=observation, robots=robots)
         spaces[observation] = env.observation_space
         assert env.action_space == box(-1.0, 1.0, (2,), np.float32)
-        env.close()
     assert spaces["pixels"] == box(0, 255, (72, 99, 1), np.uint8)
     assert spaces["state"] == box(-1.0, 1.0, (7 + 5 * robots,), np.float32)
     nerves = spaces["neural"]
@@ -41,7 +40,6 @@ def test_spaces_are_those_of_the_docstring(name):
     assert spaces["both"] == gym.spaces.Dict({"pixels": spaces["pixels"], "neural": nerves})
     env = bare(name, actions="manoeuvres", observation="state")
     assert env.action_space == gym.spaces.Discrete(len(MANOEUVRES)) == gym.spaces.Discrete(7)
-    env.close()
 
 
 class Stated:
@@ -64,7 +62,6 @@ def test_neural_observations_stay_in_the_space_and_spikes_of_skipped_frames_are_
     env = bare(FIXATION, observation="neural", model=lambda shape: Stated(beyond), noise=10.0, frame_skip=30)
     for observation, *_ in episode(env, seed=1, steps=3):
         assert env.observation_space.contains(observation)
-    env.close()
     few = dsnn.Response(hs=0.01, hs_spikes=1, vs_spikes=-1)
     env = bare(FIXATION, observation="neural", model=lambda shape: Stated(few), frame_skip=3)
     for _ in range(2):
@@ -72,7 +69,6 @@ def test_neural_observations_stay_in_the_space_and_spikes_of_skipped_frames_are_
         assert first[:4].tolist() == pytest.approx([0.01, 0.0, 1, -1])
         then, *_ = env.step([0.0, 0.0])
         assert then[:4].tolist() == pytest.approx([0.04, 0.0, 3, -3])
-    env.close()
 
 
 # Seeds.
@@ -91,8 +87,6 @@ def test_a_seed_decides_everything(name):
     # The episodes that follow a seed are decided too, and differ.
     second = fingerprint([other.reset()])
     assert second == fingerprint([env.reset()]) != fingerprint([env.reset()])
-    env.close()
-    other.close()
 
 
 @every_env
@@ -107,7 +101,6 @@ def test_what_happens_does_not_depend_on_what_is_observed_or_shown(name):
     ):
         env = bare(name, **options)
         told.append([(info, rest[:2]) for _, *rest, info in episode(env, seed=2, steps=10)])
-        env.close()
     assert len(told[0]) > 5
     for other in told[1:]:
         assert fingerprint(other) == fingerprint(told[0])
@@ -131,5 +124,3 @@ def test_a_skipped_frame_is_as_a_step_of_its_own(name):
         for term in terms:
             assert info[term] == pytest.approx(np.mean([one[term] for one in infos]), abs=1e-12)
         assert info["driven_cm"] == pytest.approx(sum(one["driven_cm"] for one in infos), abs=1e-12)
-    once.close()
-    fours.close()

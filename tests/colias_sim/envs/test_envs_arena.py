@@ -2,16 +2,13 @@
 
 import math
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
-import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.envs.geometry import HULL_RADIUS, gap_to_arena
 from colias_sim.obstacles import Obstacle, outline
 from colias_sim.pose import Pose
-
-NAMES = ("Avoidance", "Pursuit", "Fixation", "Optomotor")
+from tests.helpers.envs import bare, every_env
 
 
 def written(folder, places, radius=0.02):
@@ -24,34 +21,22 @@ def written(folder, places, radius=0.02):
 RING = [(0.3 * math.cos(a), 0.3 * math.sin(a)) for a in np.arange(12) * math.pi / 6]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every_env
 def test_no_robot_starts_in_an_obstacle(tmp_path, name):
-    env = gym.make(f"colias_sim/{name}-v0", arena=written(tmp_path, RING), observation="state")
+    env = bare(name, arena=written(tmp_path, RING), observation="state")
     for seed in range(12):
         env.reset(seed=seed)
-        for robot, pose in env.unwrapped.poses.items():
+        for robot, pose in env.poses.items():
             gap = min(math.hypot(pose.x - x, pose.y - y) for x, y in RING) - 0.02 - HULL_RADIUS
             assert gap > -1e-4, robot
-    env.close()
-
-
-def test_an_arena_without_obstacles_changes_nothing(tmp_path):
-    observations = []
-    for arena in ("plain", written(tmp_path, [])):
-        env = gym.make("colias_sim/Avoidance-v0", arena=arena)
-        observation, _ = env.reset(seed=4)
-        observations.append([observation, env.step(np.array([0.5, 0.4], np.float32))[0]])
-        env.close()
-    assert np.array_equal(observations[0], observations[1])
 
 
 def test_touching_an_obstacle_ends_the_episode(tmp_path):
-    env = gym.make("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.09, 0.0)]), robots=1, moving=0,
-                   observation="state")  # fmt: skip
+    env = bare("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.09, 0.0)]), robots=1, moving=0,
+               observation="state")  # fmt: skip
     env.reset(seed=0, options={"poses": {"observer": (0.0, 0.0, 0.0), "parked1": (-30.0, 0.0, 0.0)}})
     ended = any(env.step(np.array([0.3, 0.3], np.float32))[2] for _ in range(60))
-    x_cm = 100 * env.unwrapped.poses["observer"].x
-    env.close()
+    x_cm = 100 * env.poses["observer"].x
     assert ended and x_cm == pytest.approx(5.0, abs=0.4), "hull at 7 cm, where the pillar begins"
 
 

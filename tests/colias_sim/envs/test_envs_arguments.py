@@ -35,7 +35,6 @@ def test_nan_and_other_shapes_raise_and_nothing_happens(wrong):
     with pytest.raises(error.InvalidAction):
         env.step(wrong)
     assert env.poses == before
-    env.close()
 
 
 @pytest.mark.parametrize("beyond", [[3.0, -1.5], [np.inf, -np.inf]], ids=str)
@@ -47,4 +46,3 @@ def test_speeds_beyond_the_space_are_clipped(beyond):
         env.reset(seed=0)
         taken.append([env.step(action)[1:] for _ in range(3)])
     assert taken[0] == taken[1] and env.wheels.tolist() == [1.0, -1.0]
-    env.close()

@@ -23,7 +23,6 @@ def rolling(*wheels: float, steps: int = 45) -> list[dict[str, Any]]:
     env.reset(seed=1)
     env._sim.reset({"observer": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
     infos = [env.step(list(wheels))[-1] for _ in range(steps)]
-    env.close()
     return infos
 
 
@@ -60,7 +59,6 @@ def test_no_action_throws_the_robot_over_or_through_anything(name):
             if terminated:
                 break
     assert env._sim.data.warning.number.sum() == 0
-    env.close()
 
 
 def test_a_graze_that_begins_and_ends_within_a_frame_terminates():
@@ -76,7 +74,6 @@ def test_a_graze_that_begins_and_ends_within_a_frame_terminates():
         assert terminated and info["touched"]
         within += min(apart[-2:]) > 2 * HULL
     assert within, "one of them at least touches neither at the frame's beginning nor at its end"
-    env.close()
 
 
 # The drum and the push.
@@ -110,7 +107,6 @@ def test_the_drum_turns_the_picture_at_the_commanded_rate(rate):
             assert shift(before, env.luma.astype(float)) == pytest.approx(expected, rel=0.08, abs=0.1)
             assert abs(info["drift_deg_s"]) == pytest.approx(rate) and info["turn_deg_s"] == pytest.approx(0, abs=0.1)
             assert info["slip_deg_s"] == pytest.approx(info["drift_deg_s"], abs=0.1)
-    env.close()
 
 
 @pytest.mark.parametrize("rate", [20.0, 90.0, 180.0])
@@ -124,7 +120,6 @@ def test_a_push_turns_a_robot_that_does_nothing_as_it_says(rate):
             *_, info = env.step([0.0, 0.0])
             assert info["turn_deg_s"] == pytest.approx(info["drift_deg_s"], rel=0.1)
             assert info["slip_deg_s"] == info["turn_deg_s"], "the wall stands"
-    env.close()
 
 
 # The others.
@@ -143,7 +138,6 @@ def test_the_target_stays_on_its_circle_and_reverses(orbit_cm):
         angles.append(math.atan2(target.y, target.x))
     rates = np.degrees(np.diff(np.unwrap(angles))) * 30
     assert rates.min() < -8 and rates.max() > 8 and np.abs(rates).max() < 36.5
-    env.close()
 
 
 @pytest.mark.parametrize(
@@ -174,7 +168,6 @@ def test_those_that_drive_about_touch_nothing_and_get_about(name, options):
                 driven += math.hypot(here.x - before[mover].x, here.y - before[mover].y)
     speed = env.options.target_speed_cm_s if name == "Pursuit" else env.options.speed_cm_s
     assert frames > 100 and 100 * driven > 0.3 * speed * frames / 30
-    env.close()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -191,7 +184,6 @@ def test_nobody_stands_in_another_at_the_start(name, robots):
             assert math.hypot(here.x - there.x, here.y - there.y) > 2 * HULL / 100 + 0.005
         assert max(math.hypot(pose.x, pose.y) for pose in poses) < (RADIUS - HULL - 1.0) / 100
     assert len(starts) > 10, "each episode another"
-    env.close()
 
 
 def test_the_state_tells_where_the_others_are():
@@ -211,7 +203,6 @@ def test_the_state_tells_where_the_others_are():
     assert env.state.speed == pytest.approx(0.035, rel=0.03)
     still = env.state.others[1]
     assert (still.ahead, still.left) == pytest.approx((-0.035, 0.0), abs=2e-3), "the parked goes back at our speed"
-    env.close()
 
 
 def test_the_state_tells_how_a_target_moves_as_its_poses_do():
@@ -231,4 +222,3 @@ def test_the_state_tells_how_a_target_moves_as_its_poses_do():
         assert (other.ahead, other.left) == pytest.approx((x * cos + y * sin, y * cos - x * sin), abs=0.01)
         aside.append(other.left)
     assert max(map(abs, aside)) > 0.015
-    env.close()

@@ -57,7 +57,6 @@ def test_a_factor_changes_what_it_says_drawn_or_given_and_a_reset_forgets_it():
         randomise(env, {name: (value, value)})
         assert fingerprint(played(env)) == fingerprint(given), name
         randomise(env, 0.0)
-    env.close()
 
 
 def test_a_factor_s_draws_are_its_own():
@@ -71,7 +70,6 @@ def test_a_factor_s_draws_are_its_own():
         assert tuple(alone) == factor.parts and alone == {part: every[part] for part in alone}
         assert all(WIDE[name][0] <= value <= WIDE[name][1] for value in alone.values())
         assert len(set(alone.values())) == len(alone)
-    env.close()
 
 
 def test_a_number_draws_as_it_did_before_there_were_factors():
@@ -88,7 +86,6 @@ def test_a_number_draws_as_it_did_before_there_were_factors():
         "light": 1 + 0.15 * light, "shell": 0.02 + 0.1 * (shell + 1), "left_wheel_gain": 1 + 0.025 * left,
         "right_wheel_gain": 1 + 0.025 * right, "pitch_deg": 1.5 * pitch, "yaw_deg": 1.5 * yaw,
     }, rel=1e-12)  # fmt: skip
-    env.close()
 
 
 USUAL = CameraConfig.preset(EYE)
@@ -110,10 +107,8 @@ def test_a_value_is_as_the_setting_of_that_name(factor, value, options):
     env = bare(OPTOMOTOR, camera=EYE)
     played(env, 2, **{factor: value * 0.9})
     transitions = played(env, **{factor: value})
-    env.close()
     compiled = bare(OPTOMOTOR, **{"camera": EYE, **options})
     assert fingerprint(transitions) == fingerprint(played(compiled))
-    compiled.close()
 
 
 def test_a_wall_s_contrast_is_that_of_a_scene_made_so_to_every_eye():
@@ -129,7 +124,6 @@ def test_a_wall_s_contrast_is_that_of_a_scene_made_so_to_every_eye():
     np.testing.assert_array_equal(env._sim.model.tex_data, model.tex_data)
     assert bands[1] == pytest.approx(0.4 * bands[0], rel=0.1)
     assert np.ptp(env.render()[20:36].astype(float)) == pytest.approx(bands[1], rel=0.1)
-    env.close()
 
 
 def test_latency_delays_what_the_wheels_are_told():
@@ -140,7 +134,6 @@ def test_latency_delays_what_the_wheels_are_told():
         env.reset(seed=0, options={"latency_ms": intervals * interval_ms})
         turning = [abs(env.step([-0.3, 0.3])[-1]["turn_deg_s"]) > 20.0 for _ in range(8)]
         assert turning.index(True) == round(intervals) // 2
-    env.close()
 
 
 def test_a_moved_start_keeps_clear():
@@ -158,8 +151,6 @@ def test_a_moved_start_keeps_clear():
         ways.append(share.real)
         assert -1e-3 < share.real < 1.001 and abs(share.imag) < 1e-3
     assert max(ways) == pytest.approx(1.0, abs=1e-3), "nobody was moved all the way"
-    env.close()
-    plain.close()
 
 
 # Start poses.
@@ -176,7 +167,6 @@ def test_a_robot_starts_where_it_is_put(name):
         if robot != "observer" and math.hypot(pose.x + 0.3, pose.y - 0.12) > 0.051:
             assert env.poses[robot] == pose, "others start where the seed puts them"
     assert not info["touched"]
-    env.close()
 
 
 # Vector envs, presets, refusals.
@@ -198,7 +188,7 @@ BAD: list[dict[str, Any]] = [
 
 
 def test_a_bad_option_of_a_reset_is_named_and_changes_nothing():
-    env = gym.make(FIXATION, observation="state")
+    env = bare(FIXATION, observation="state")
     env.reset(seed=0)
     expected = fingerprint([env.reset()])
     env.reset(seed=0)
@@ -206,4 +196,3 @@ def test_a_bad_option_of_a_reset_is_named_and_changes_nothing():
         with pytest.raises(ValueError, match=next(iter(options))):
             env.reset(seed=5, options=options)
     assert fingerprint([env.reset()]) == expected, "a refused reset draws nothing"
-    env.close()

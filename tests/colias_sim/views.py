@@ -1,0 +1,26 @@
+"""Frames of a scene at rest, and the settings without noise that many tests of the eye share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
+
+LENS = CameraConfig().forward_cm / 100
+STILL = SceneConfig(light_sd=0, turn_wall=False)
+PLAIN = SceneConfig(arena="plain", light_sd=0, turn_wall=False)
+AWAY = Pose(-0.3, 0.0, 0.0)
+QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0)
+
+
+def frames(camera: CameraConfig, scene: SceneConfig = STILL, stimulus: Pose = AWAY, count: int = 1) -> list[Frame]:
+    """The first frames that the eye takes of a stimulus that stands still."""
+    with Simulation(camera=camera, scene=scene) as sim:
+        rng = np.random.default_rng(0)
+        sim.reset({"stimulus": stimulus}, rng)
+        return [sim.step(rng) for _ in range(count)]
+
+
+def view(camera: CameraConfig, scene: SceneConfig = STILL, stimulus: Pose = AWAY) -> np.ndarray:
+    """The luma of the first frame, as floats (R, C)."""
+    return frames(camera, scene, stimulus)[0].luma.astype(float)
