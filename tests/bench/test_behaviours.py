@@ -7,7 +7,6 @@ import pytest
 
 from colias_sim.envs import ENVS
 from dsnn import Response
-from experiments import Behaviour, UsageError
 from experiments.behaviours import (
     AHEAD,
     BEHAVIOURS,
@@ -26,11 +25,6 @@ def test_baselines_are_behaviours_of_envs():
     for env, entry in ENVS.items():
         assert set(entry.baselines) <= set(BEHAVIOURS)
         assert [BEHAVIOURS[name].env for name in entry.baselines if name.startswith("oracle")] == [env]
-
-
-def test_senses_that_a_behaviour_cannot_have_are_refused():
-    with pytest.raises(UsageError, match="pixels"):
-        Behaviour("picture", "reads the frame", "Fixation", lambda rng: lambda seen: (0.0, 0.0), senses="pixels")
 
 
 def stepped(name, seen, frames):

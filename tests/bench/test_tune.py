@@ -65,14 +65,10 @@ def test_looming_is_preferred_where_it_beats_receding_and_crossing():
 
 
 def test_a_detector_that_fires_at_an_angle_does_so_at_every_l_over_v():
+    """In the table of preferences, and in the figure of approaches."""
     rows = [{"curve": "l-over-v", "line": "dark looming", "x": s, "contact_s": s / math.tan(math.radians(15.0))}
             for s in (0.02, 0.08, 0.64)]  # fmt: skip
     assert tune.preferences(table(rows), "m", ("looming",))["fires_deg"] == pytest.approx(30.0)
-
-
-def test_the_figure_of_approaches_has_the_angle_that_the_table_has():
-    rows = [{"curve": "l-over-v", "line": "dark looming", "x": s, "contact_s": s / math.tan(math.radians(15.0))}
-            for s in (0.02, 0.08, 0.64)]  # fmt: skip
     figure = draw(table(rows), tune.CURVES["l-over-v"], {})
     (axes,) = [axes for axes in figure.axes if axes.get_ylabel() == MEASURES["angle_deg"]]
     np.testing.assert_allclose(axes.lines[0].get_ydata(), 30.0)

@@ -196,7 +196,6 @@ def test_ctrl_c_ends_a_film_and_keeps_what_was_seen(film, monkeypatch):
         ("plain", {"fps": 0}, "above 0"),
         ("plain", {"seconds": -1}, "above 0"),
         ("plain", {"settings": {"plain.speeed": 1}}, "plain.speed"),
-        ("plain", {"models": "dsn"}, "dsnn"),
     ],
 )
 def test_what_cannot_be_shown_is_refused_and_leaves_nothing(source, more, says):
@@ -246,11 +245,11 @@ def test_the_usual_size_keeps_the_aspect_and_never_enlarges(own, seen):
     assert usual_size(own) == seen
 
 
-def intervals(potentials, threshold=0.16):
-    hs = np.asarray(potentials, float)
-    table = pl.DataFrame({"model": "m", "time_s": np.arange(len(hs)) / 30, "hs": hs,
-                          "hs_spikes": np.sign(hs).astype(int) * (np.abs(hs) > threshold)})  # fmt: skip
-    found = motions(table, {"m": {"hs": threshold, "vs": None, "azimuth": 0.1}})
+def intervals(potentials, threshold=0.16, channel="hs"):
+    shown = np.asarray(potentials, float)
+    table = pl.DataFrame({"model": "m", "time_s": np.arange(len(shown)) / 30, channel: shown,
+                          f"{channel}_spikes": np.sign(shown).astype(int) * (np.abs(shown) > threshold)})  # fmt: skip
+    found = motions(table, {"m": {"hs": None, "vs": None, "azimuth": 0.1, channel: threshold}})
     assert found["frames"].to_list() == found["spikes"].to_list()
     return [(row["direction"], round(row["start_s"] * 30), round(row["end_s"] * 30), row["frames"], row["peak"])
             for row in found.to_dicts()]  # fmt: skip
@@ -264,3 +263,5 @@ def test_intervals_are_merged_over_short_gaps_and_need_three_frames():
     assert intervals(over + [0] * 4 + over) == [("leftward", 0, 9, 6, -0.2)]
     assert intervals(over + [0] * 6 + over) == [("leftward", 0, 2, 3, -0.2), ("leftward", 9, 11, 3, -0.2)]
     assert intervals([0.2] * 3 + over) == [("rightward", 0, 2, 3, 0.2), ("leftward", 3, 5, 3, -0.2)]
+    vertical = [("downward", 0, 2, 3, 0.2), ("upward", 3, 5, 3, -0.2)]
+    assert intervals([0.2] * 3 + over, channel="vs") == vertical

@@ -68,6 +68,7 @@ def out(small, colias):
 def test_other_parameters_are_refused_and_named(colias, out):
     for change, says in {
         ("--seed", "7"): "seed is 0 there and 7 now",
+        ("--repeats", "2"): "repeats is 1 there and 2 now",
         ("--set", "camera.read_noise=0"): "camera.read_noise is 0.64 there and 0.0 now",
     }.items():
         done = colias(*RUN, *change, "--out", "out")
