@@ -153,11 +153,16 @@ def condition_of(path: Path, row: Mapping[str, Any], experiment: Experiment) -> 
 
 
 def logged(model: ConfiguredModel, rows: pl.DataFrame) -> ConfiguredModel:
-    """Return a model that responds what its rows of a log say, and declares no channel that they lack."""
+    """Return a model that responds what its rows of a log say, and declares no channel that they lack.
+
+    Raises `UsageError` where they lack all.
+    """
     entry = model.declared
     first = rows.row(0, named=True)
     channels = tuple(channel for channel in entry.channels if first.get(channel) is not None)
     thresholds = {channel: name for channel, name in entry.thresholds.items() if channel in channels}
+    if not channels:
+        raise UsageError(f"the log has no response of {model.label}, whose columns are {', '.join(entry.channels)}")
 
     def build(_shape: tuple[int, int], _parameters: Any) -> Any:
         played = iter(rows.select(name for name in RESPONSES if name in rows.columns).to_dicts())
