@@ -4,7 +4,7 @@ import pytest
 
 from colias_sim.envs import ENVS, RETURN
 from experiments import UsageError, load
-from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, GROUPS, OPTOMOTOR
+from experiments.behaviours import AVOIDANCE, FIXATION, GROUPS, OPTOMOTOR
 from experiments.bench.behave import env_options, episodes, plan, run
 from experiments.bench.reproduce import QUICK, planned
 from experiments.bench.run.workers import Workers
@@ -42,11 +42,9 @@ def test_wrong_options_are_refused(typed):
         env_options(AVOIDANCE, [typed])
 
 
-def test_a_reproduction_plays_known_behaviours_at_equal_seeds():
-    for part in (part for name, part in planned(QUICK, 7).items() if name.startswith("behave-")):
-        assert set(part.description["behaviours"]) <= set(BEHAVIOURS)
-        assert {trial.seed for trial in part.specs} == {7}
-        assert part.description["steps"] == 150
+def test_a_reproduction_plays_behaviours_at_equal_seeds():
+    parts = [part for name, part in planned(QUICK, 7).items() if name.startswith("behave-")]
+    assert {trial.seed for part in parts for trial in part.specs} == {7}
 
 
 def short(seed=0, **options):

@@ -87,13 +87,10 @@ def folder(tmp_path_factory):
     return place
 
 
-def arguments(folder, out, claims, *more):
-    file = str(folder / "planted.py")
-    return ["fit", file, "--model", file, "--claims", claims, *more, "--out", str(folder / out), "-q"]
-
-
 def fit(folder, out, claims, *more):
-    assert main.command(arguments(folder, out, claims, *more, "--workers", "0")) == 0
+    file = str(folder / "planted.py")
+    chosen = ["--model", file, "--claims", claims, *more, "--out", str(folder / out)]
+    assert main.command(["fit", file, *chosen, "--workers", "0", "-q"]) == 0
     return json.loads((folder / out / "fit.json").read_text())
 
 

@@ -18,7 +18,7 @@ from experiments.bench.grid import levels_of, points_of
 from experiments.bench.report.sweep import draw
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
-from experiments.bench.sources.conditions import DEPTH
+from experiments.bench.sources.judge import judge as outcome
 from experiments.bench.study import TOGETHER
 from experiments.bench.sweep import read
 from experiments.bench.trials import plan as robot_plan
@@ -42,21 +42,16 @@ def whole(tmp_path_factory):
     return folder
 
 
-def test_counts_are_those_of_judging_by_hand(whole):
+def test_counts_are_those_of_judging_the_rows_of_each_point(whole):
     rows, counts = pl.read_parquet(whole / "trials.parquet").to_dicts(), pl.read_csv(whole / "counts.csv").to_dicts()
     assert [(row["dsnn.t_sp"], row["claim"]) for row in counts] == [
         (level, claim) for level in (0.2, 0.01) for claim in ("C13", "C14", TOGETHER)
     ]
     for level in (0.2, 0.01):
         here = [row for row in rows if row["dsnn.t_sp"] == level]
-        straight = [row["spikes"] for row in here if row["motion"] in DEPTH and row["angle_deg"] == 0.0]
-        assert len(straight) == 10
-        silent = not any(straight)
-        ways = {way: [row for row in here if row["direction"] == way] for way in ("rightward", "leftward")}
-        right = all(row["peak_hs"] > level >= -row["trough_hs"] for row in ways["rightward"])
-        left = all(row["peak_hs"] <= level < -row["trough_hs"] for row in ways["leftward"])
-        held = {row["claim"]: row["holds"] for row in counts if row["dsnn.t_sp"] == level}
-        assert held == {"C13": silent, "C14": right and left, TOGETHER: silent and right and left}
+        held = {claim: outcome(claim, here, level).verdict == "holds" for claim in ("C13", "C14")}
+        found = {row["claim"]: row["holds"] for row in counts if row["dsnn.t_sp"] == level}
+        assert found == held | {TOGETHER: all(held.values())}
     assert {row["holds"] for row in counts} == {0, 1}
     outcomes = pl.read_csv(whole / "outcomes.csv").to_dicts()
     assert [(row["verdict"] == "holds") for row in outcomes] == [row["holds"] == 1 for row in counts]

@@ -3,7 +3,6 @@
 import pytest
 
 import scenes
-from colias_sim import SceneConfig
 from dsnn import model_entry
 from dsnn.stimuli import stimulus
 from experiments.bench.cli import main
@@ -13,14 +12,12 @@ FAR = "zqzqzqzq"
 
 REFUSALS = {
     "arena": (scenes.arena_path, "brigth", "bright"),
-    "a scene's arena": (lambda name: SceneConfig(arena=name), "brigth", "bright"),
     "model": (model_entry, "Dsn", "dsnn"),
     "stimulus": (stimulus, "plane", "plain"),
     "experiment": (lambda name: main.command(["run", name]), "Spede", "speed"),
     "curve": (lambda name: main.command(["tune", "--curve", name]), "sped", "speed"),
     "behaviour": (lambda name: main.command(["behave", name]), "hybird", "hybrid"),
     "env": (lambda name: main.command(["behave", "escape", "--env", name]), "Avoidence-v0", "Avoidance-v0"),
-    "a key": (lambda name: main.command(["run", "speed", "--set", f"dsnn.{name}=1"]), "n_kon", "dsnn.n_con"),
     "a section": (lambda name: main.command(["run", "speed", "--set", f"{name}.n_con=1"]), "dsn", "dsnn.n_con"),
     "a model's parameter": (lambda name: main.command(["run", "speed", "--model", f"dsnn:{name}=1"]), "n_kon", "n_con"),
 }
