@@ -9,6 +9,7 @@ import sys
 from dataclasses import dataclass
 import numpy as np
 from dsnn import ModelEntry, Response
+{imports}
 
 @dataclass(frozen=True)
 class Parameters:
@@ -27,6 +28,6 @@ MODEL = ModelEntry({name!r}, "a model of the tests", Model, Parameters(){more})
 """
 
 
-def write_model(folder: Path, name: str, answer: str, more: str = "") -> str:
-    (folder / f"{name}.py").write_text(MODEL.format(name=name, answer=answer, more=more))
+def write_model(folder: Path, name: str, answer: str, more: str = "", imports: str = "") -> str:
+    (folder / f"{name}.py").write_text(MODEL.format(name=name, answer=answer, more=more, imports=imports))
     return f"{name}.py"

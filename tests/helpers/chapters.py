@@ -8,8 +8,7 @@ A fenced block is a ``python`` snippet, ``sh`` commands, or an ``xml`` file; oth
   and of the extras of ``pip install '.[EXTRA]'`` it is checked that there are such.
 - A comment before the block changes that. ``<!-- test: add ARGUMENTS -->`` appends the arguments to each of its
   ``colias`` and ``python`` commands, to make them short. ``<!-- test: skip REASON -->`` runs none of it: only the
-  commands' options are checked, by their parser. ``<!-- test: fails STATUS -->``: its
-  commands end with this exit status, and print the next ``text`` block.
+  commands' options are checked, by their parser.
 
 Jobs run in this process, whatever the number of workers: starting workers takes longer than these jobs. Episodes end
 after 30 steps.
@@ -17,8 +16,6 @@ after 30 steps.
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 import runpy
 import shlex
@@ -55,7 +52,7 @@ def called(page: Path) -> str:
 
 
 _FENCE = re.compile(
-    r"(?:^<!-- test: (?P<verb>add|skip|fails) (?P<rest>[^\n]*?) -->\n)?"
+    r"(?:^<!-- test: (?P<verb>add|skip) (?P<rest>[^\n]*?) -->\n)?"
     r"^```(?P<language>\w+)(?: title=(?P<title>[\w.]+))?\n(?P<text>.*?)^```$",
     re.DOTALL | re.MULTILINE,
 )
@@ -72,8 +69,6 @@ class Block:
     text: str
     added: tuple[str, ...]
     skipped: str
-    status: int = 0
-    """The exit status of its commands."""
 
     @property
     def where(self) -> str:
@@ -95,8 +90,7 @@ def blocks(page: Path) -> list[Block]:
         added = tuple(shlex.split(rest)) if match["verb"] == "add" else ()
         line = text.count("\n", 0, match.start("text")) + 1
         skipped = rest if match["verb"] == "skip" else ""
-        status = int(rest) if match["verb"] == "fails" else 0
-        parsed.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped, status))
+        parsed.append(Block(page, line, match["language"], match["title"] or "", match["text"], added, skipped))
     return parsed
 
 
@@ -140,18 +134,9 @@ class _Reader:
     def __call__(self, name: str) -> None:
         """Run the page that is `called` ``name``."""
         (page,) = [path for path in PAGES if called(path) == name]
-        printed = ""
         for block in blocks(page):
             try:
-                if block.status:
-                    with contextlib.redirect_stdout(io.StringIO()) as written:
-                        self._do(block)
-                    printed = written.getvalue()
-                elif block.language == "text" and printed:
-                    assert block.text in printed, printed
-                    printed = ""
-                else:
-                    self._do(block)
+                self._do(block)
             except BaseException as error:
                 error.add_note(f"in {block.where}")
                 raise
@@ -176,7 +161,7 @@ def _command(words: list[str], block: Block) -> None:
         check_options(arguments)
     elif program == "colias":
         status = main.command([*arguments, *block.added])
-        assert status == block.status, f"{shlex.join(words)}: exit status {status}"
+        assert status == 0, f"{shlex.join(words)}: exit status {status}"
     elif program == "python":
         if not block.skipped:
             _python(*arguments, *block.added)

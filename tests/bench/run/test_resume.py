@@ -16,6 +16,7 @@ from experiments.bench.run import provenance
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.trials import plan
 from tests.conftest import Colias
+from tests.helpers.answering import write_model
 from tests.helpers.processes import CLI, members, start, wait_until
 
 ROOT = Path(__file__).parents[3]
@@ -116,29 +117,6 @@ EXPERIMENT = OfflineExperiment(
     clips=(Clip("right", "plain", SMALL, 0.5), Clip("left", "plain", {**SMALL, "motion": "leftward"}, 0.5)),
 )
 """
-MODEL = """
-from dataclasses import dataclass
-from dsnn import ModelEntry, Response
-from gains import GAIN
-
-@dataclass(frozen=True)
-class Parameters:
-    t_sp: float = 0.2
-
-class Tiny:
-    def __init__(self, shape, parameters):
-        self.last = None
-
-    def reset(self):
-        self.last = None
-
-    def step(self, frame, *, channels="grey", maps=False):
-        mean, last = float(frame.mean()), self.last
-        self.last = mean
-        return Response(0.0 if last is None else GAIN * (mean - last), 0.0, 0, 0)
-
-MODEL = ModelEntry("tiny", "the change of the mean", Tiny, Parameters())
-"""
 BEHAVIOUR = """
 from experiments import Behaviour
 from gains import GAIN
@@ -156,9 +134,10 @@ KINDS = {
 
 @pytest.fixture
 def mine(colias):
-    files = {"mine.py": EXPERIMENT, "tiny.py": MODEL, "gains.py": "GAIN = 0.01\n", "slow.py": BEHAVIOUR}
+    files = {"mine.py": EXPERIMENT, "gains.py": "GAIN = 0.01\n", "slow.py": BEHAVIOUR}
     for name, text in files.items():
         (colias.folder / name).write_text(text)
+    write_model(colias.folder, "tiny", "Response(GAIN * float(frame.mean()))", imports="from gains import GAIN")
     return colias
 
 

@@ -66,18 +66,14 @@ def test_a_preset_comes_first_whatever_the_order():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_experiment_is_a_whole_declaration(name):
-    """Conformance: the name is its file's, every condition is distinct, every claim has words and a judge."""
-    from experiments.bench.stats.claim import claims_on
-
+    """Conformance: the name is its file's, every condition is distinct, and it can run."""
     experiment = registry.load(name)
     assert experiment.name == name
     conditions = experiment.design.conditions()
     assert len(set(conditions)) == len(conditions) > 0
     assert len({getattr(c, experiment.varies) for c in conditions}) > 1
     assert experiment.repeats == 10
-    assert set(experiment.claims) <= set(claims_on("robot"))
     assert len(plan(experiment, ["dsnn"], [], 1, 0).specs) == len(conditions), "it can run as declared"
-    assert dataclasses.is_dataclass(experiment.design)
 
 
 def test_models_have_sections_of_their_own_and_families_share_one():

@@ -7,32 +7,8 @@ import pytest
 
 import experiments
 from experiments import UsageError
+from tests.helpers.answering import write_model
 
-MODEL = """
-from dataclasses import dataclass
-
-import dsnn
-import helper
-
-
-@dataclass(frozen=True)
-class Parameters:
-    t_sp: float = 0.9
-
-
-class Constant:
-    def __init__(self, shape, parameters):
-        pass
-
-    def reset(self):
-        pass
-
-    def step(self, frame):
-        return dsnn.Response(hs=helper.VALUE)
-
-
-MODEL = dsnn.ModelEntry("own", "a constant", Constant, Parameters())
-"""
 EXPERIMENT = """
 from experiments import Claim, Clip, OfflineExperiment, Outcome
 
@@ -46,7 +22,7 @@ EXPERIMENT = OfflineExperiment("mine", "one clip", [Clip("{clip}", "plain", SMAL
 def write(folder, *, value, clip="light", word="so", model="own.py"):
     """Write a model whose potential is a value of its helper's, and an experiment with it."""
     (folder / "helper.py").write_text(f"VALUE = {value}\n")
-    (folder / "own.py").write_text(MODEL)
+    write_model(folder, "own", "Response(helper.VALUE)", imports="import helper")
     (folder / "mine.py").write_text(EXPERIMENT.format(clip=clip, word=word, model=model))
 
 

@@ -116,8 +116,7 @@ def test_a_cluster_plays_a_run_to_equal_rows(tmp_path):
     assert there.drop("wall_s").equals(here.drop("wall_s"))
 
 
-def test_a_fatal_error_ends_the_run():
-    with pytest.raises(ValueError, match="three"), started(1) as pool:
-        run(pool, complain, range(6), fatal=(ValueError,))
-    with pytest.raises(ValueError, match="three"), started(0) as pool:
+@pytest.mark.parametrize("workers", [0, 1])
+def test_a_fatal_error_ends_the_run(workers):
+    with pytest.raises(ValueError, match="three"), started(workers) as pool:
         run(pool, complain, range(6), fatal=(ValueError,))

@@ -11,8 +11,8 @@ from experiments.bench.stats.tests import proportion_interval
 
 @pytest.mark.parametrize(
     ("holds", "fails", "word"),
-    [(40, 0, "holds"), (38, 2, "holds"), (37, 3, "sometimes"), (20, 0, "holds"), (19, 1, "sometimes"), (19, 0, ""),
-     (3, 37, "sometimes"), (2, 38, "fails"), (0, 20, "fails"), (1, 0, ""), (4, 1, "")],
+    [(40, 0, "holds"), (44, 4, "holds"), (38, 2, "holds"), (37, 3, "sometimes"), (20, 0, "holds"), (19, 1, "sometimes"),
+     (19, 0, ""), (3, 37, "sometimes"), (2, 38, "fails"), (4, 44, "fails"), (0, 20, "fails"), (1, 0, ""), (4, 1, "")],
 )  # fmt: skip
 def test_the_word_of_the_rule_in_claims_toml(holds, fails, word):
     """Its own examples: 38 of 40 and 20 of 20 hold, 37 of 40 do not; 2 of 40 fails, 3 of 40 does not."""
@@ -26,13 +26,8 @@ def test_the_word_follows_from_the_exact_interval_of_the_judged_alone():
         tally = Count(holds, fails, {"not shown": unjudged})
         assert tally.word == (Count(holds, fails).word if holds + fails else "")
         assert tally.replicates == holds + fails + unjudged and tally.judged == holds + fails
-        if holds + fails:
-            low, high = proportion_interval(holds, holds + fails)
-            assert tally.interval == (low, high)
-            expected = "holds" if low >= 0.8 else "fails" if high <= 0.2 else "sometimes"
-            assert tally.word == (expected if tally.judged >= 20 else "")
-        else:
-            assert tally.interval is None and tally.kind == "unjudged"
+        assert tally.interval == (proportion_interval(holds, holds + fails) if holds + fails else None)
+        assert tally.kind == (Count(holds, fails).kind if holds + fails else "unjudged")
 
 
 def test_where_nothing_is_random_one_replicate_says_all():

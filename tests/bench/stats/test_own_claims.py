@@ -14,10 +14,6 @@ def claim(outcome=HOLDS, **changes):
     return Claim(**{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: outcome, **changes})
 
 
-def clip_claim(outcome=HOLDS, **changes):
-    return Claim(on="clips", **{"id": "mine", "says": "as I say", "judge": lambda rows, threshold: outcome, **changes})
-
-
 def experiment(*claims):
     return Experiment("mine", "mine", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claims)
 
@@ -28,12 +24,12 @@ def clips(*claims):
 
 WRONG = {
     "the paper's id": lambda: claim(id="C13"),
-    "the paper's id for clips": lambda: clip_claim(id="C1"),
+    "the paper's id for clips": lambda: claim(on="clips", id="C1"),
     "no words": lambda: claim(says=""),
     "an id with blanks": lambda: claim(id="my claim"),
     "no judge": lambda: claim(judge="mine"),
-    "models as a text": lambda: clip_claim(models="dsnn"),
-    "a value alone": lambda: clip_claim(conditions={"motion": "rightward"}),
+    "models as a text": lambda: claim(on="clips", models="dsnn"),
+    "a value alone": lambda: claim(on="clips", conditions={"motion": "rightward"}),
     "twice": lambda: experiment(claim(), claim()),
     "one alone": lambda: Experiment("mine", "", Translation((30.0,), (8.0,)), "speed_cm_s", claims=claim()),
     "no verdict": lambda: Outcome("yes", ""),
@@ -88,7 +84,7 @@ def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     assert verdict.verdict == "judge failed" and message in verdict.trouble
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
               **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
-    assert message in judge(clip_claim(judge=failing_judge), clip_rows, 0.1).trouble
+    assert message in judge(claim(on="clips", judge=failing_judge), clip_rows, 0.1).trouble
 
 
 def test_a_judge_is_not_asked_about_nothing():
@@ -112,7 +108,7 @@ def test_columns_that_there_are_not():
     trials = rows({6: [9] * 5}, "speed_cm_s")
     assert judge(claim(reads=("spike",)), trials, 0.2).verdict == "not shown"
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present"}]
-    assert judge(clip_claim(conditions={"speed_px": (1.0,)}), clip_rows, 0.1).verdict == "not shown"
+    assert judge(claim(on="clips", conditions={"speed_px": (1.0,)}), clip_rows, 0.1).verdict == "not shown"
 
 
 def test_clips_that_a_claim_is_about():
@@ -125,8 +121,8 @@ def test_clips_that_a_claim_is_about():
         asked.append((claim_rows.select("model", "clip").rows(), threshold))
         return HOLDS
 
-    assert judge(clip_claim(judge=heed), clip_rows, 0.1).verdict == "holds"
-    of_emd = clip_claim(judge=heed, models={"emd"}, conditions={"motion": ("present",)})
+    assert judge(claim(on="clips", judge=heed), clip_rows, 0.1).verdict == "holds"
+    of_emd = claim(on="clips", judge=heed, models={"emd"}, conditions={"motion": ("present",)})
     assert judge(of_emd, clip_rows, 0.3).verdict == "holds"
     assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
-    assert judge(clip_claim(models=("flow",)), clip_rows, 0.1).measured == "needs flow"
+    assert judge(claim(on="clips", models=("flow",)), clip_rows, 0.1).measured == "needs flow"
