@@ -54,26 +54,17 @@ class Planted:
         return dsnn.Response(hs=hill, vs=self.chance)
 
 
-def high(column, least):
+def claim(name, column, bound, side="at least"):
     def judge(clips, threshold):
-        reading = clips[column].min()
-        return [Check(f"{column} {reading:.3f}", reading, least, "at least")]
-    return judge
-
-
-def low(clips, threshold):
-    reading = clips["peak_hs"].max()
-    return [Check(f"peak_hs {reading:.3f}", reading, 0.9, "below")]
-
-
-def claim(name, judge):
+        (reading,) = clips[column]
+        return [Check(f"{column} {reading:.3f}", reading, bound, side)]
     return Claim(on="clips", id=name, says=name, judge=judge, models={"planted"})
 
 
 MODEL = dsnn.ModelEntry("planted", "planted", Planted, Parameters())
 EXPERIMENT = OfflineExperiment(
     "planted", "planted", [Clip("dots", "dots", SMALL)], models=("planted.py",),
-    claims=(claim("hill", high("peak_hs", 0.99)), claim("valley", low), claim("luck", high("peak_vs", 0.9))),
+    claims=(claim("hill", "peak_hs", 0.99), claim("valley", "peak_hs", 0.9, "below"), claim("luck", "peak_vs", 0.9)),
 )
 '''
 A, B = ("--over", "planted.a=0..1"), ("--over", "planted.b=0..1")

@@ -183,13 +183,12 @@ def test_what_cannot_be_swept_is_refused(names, over, more):
 
 SMALL = {"rows": 60, "columns": 80, "width": 14.0, "height": 40.0, "speed": 60.0, "rest_s": 0.2}
 FILE = f"""
-from experiments import Check, Claim, Clip, OfflineExperiment, Outcome, decide
+from experiments import Check, Claim, Clip, OfflineExperiment
 
 
 def judge(clips, threshold):
     peak = clips["peak_hs"].min()
-    holds, decided = decide([Check(f"{{peak}}", peak, threshold)])
-    return Outcome("holds" if holds else "fails", decided, decided=decided)
+    return [Check(f"{{peak}}", peak, threshold)]
 
 
 CLAIM = Claim(on="clips", id="passes", says="it passes T", judge=judge, models=frozenset({{"dsnn", "dsn2017"}}))

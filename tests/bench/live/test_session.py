@@ -13,6 +13,7 @@ from experiments.bench.live.session import START, Session
 from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.conditions import Hand
 from experiments.bench.sources.experiment import visit
+from tests.bench.robot.test_surroundings import pillar, written
 
 T = 0.2
 """The robot's spiking threshold of the DSNN."""
@@ -39,11 +40,7 @@ def test_rightward_passes_t_and_leftward_minus_t():
 
 
 def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path: Path):
-    arena = tmp_path / "pillar.xml"
-    arena.write_text(
-        '<mujoco model="pillar"><include file="bright.xml"/><worldbody>'
-        '<geom name="pillar" type="cylinder" size="0.01 0.04" pos="0.18 0 0.04"/></worldbody></mujoco>'
-    )
+    arena = written(tmp_path, pillar(0.18, 0.0))
     session = Session(["dsnn", "emd"], ["scene.light=0.8", f"scene.arena={arena}"], seed=3)
     session.drive("stimulus", 1.0)
     seen = hs(session, 40)
