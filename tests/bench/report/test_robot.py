@@ -59,6 +59,13 @@ def test_a_leftward_potential_is_as_large_as_its_mirror_image():
     assert there == back == [row["peak_hs"] for row in rows]
 
 
+def test_a_model_of_looming_alone_has_the_peak_of_looming_and_no_hs_near_the_axis():
+    rows = robot_rows(["lgmd1"], SPEEDS, 1)
+    table = robot.prepared(rows, robot_frames(rows), SPEED)
+    assert table["peak"].to_list() == [row["peak_looming"] for row in rows]
+    assert table["mean_hs_near_axis"].null_count() == len(rows)
+
+
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_title_finds_nothing_where_there_are_no_intervals(count):
     """Neither an order, nor in how many models."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
+from dsnn.model import MAP_SCALES
 from experiments.bench.run.models import choose
 from experiments.bench.sources import course, robot
 from experiments.bench.sources.conditions import Condition
@@ -60,6 +61,14 @@ def test_every_response_is_that_of_a_fresh_model_on_the_recorded_frames(labels):
         assert answer.model == model.label
         assert answer.series.hs.tolist() == [response.hs for response in fresh]
         assert answer.series.hs_spikes.tolist() == [response.hs_spikes for response in fresh]
+
+
+@pytest.mark.parametrize("name", MAP_SCALES)
+def test_the_maps_of_a_recording_are_the_layers_of_their_names(name):
+    media = Played(spec(), maps=True).media
+    network, (gain, zero) = choose("dsnn").build((72, 99)), MAP_SCALES[name]
+    layer = [gain * getattr(network.step(frame, maps=True).maps, name) + zero for frame in media.images[""]]
+    assert np.abs(media.maps[name] - np.clip(layer, 0, 255)).max() < 0.51
 
 
 def test_spikes_of_a_looming_detector_are_its_looming_spikes():

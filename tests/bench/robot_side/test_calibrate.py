@@ -9,7 +9,6 @@ import dataclasses
 import math
 from functools import cache
 
-import cv2
 import numpy as np
 import pytest
 
@@ -149,11 +148,9 @@ def camera(folder, capsys, *options: str) -> tuple[dict[str, str], list[str]]:
 
 
 def test_the_command_prints_settings_to_paste(tmp_path, capsys):
-    """What it prints, given to ``--set``, is the camera that took the frames; pictures are in the order of numbers."""
+    """What it prints, given to ``--set``, is the camera that took the frames."""
     write_pictures(tmp_path / "still-dim", still(NOISY, 60, 0.3), ".png")
-    (tmp_path / "edge").mkdir()
-    for number, frame in enumerate([*crossing(ROLLING)[:1]] * 9 + [*crossing(ROLLING)], start=1):
-        cv2.imwrite(str(tmp_path / "edge" / f"{number}.PNG"), frame)  # 1.PNG to 14.PNG: 2 is before 10
+    write_pictures(tmp_path / "edge", crossing(ROLLING), ".png")
     for number, frames in enumerate(settlings(LOOP)):
         write_pictures(tmp_path / f"loop-{number:02d}", frames, ".pgm")
     settings, notes = camera(tmp_path, capsys, "--fps", "5", "--gain", "1.5")

@@ -12,7 +12,7 @@ import rerun as rr
 
 import experiments
 from experiments.bench.cli import main
-from experiments.bench.robot_side.logs import POSES, UNKNOWN
+from experiments.bench.robot_side.logs import POSES, UNKNOWN, pictures_in
 from experiments.bench.run.errors import UsageError
 
 SPEEDS = "--set", "experiment.speeds_cm_s=20,30"
@@ -97,6 +97,12 @@ def test_frames_of_a_camera_alone_are_shown_to_a_model(simulated, tmp_path):
     assert imported(log, tmp_path / "shorter", *options).frames.height == 2 * (whole.height - 1)
 
 
+def test_pictures_are_in_the_order_of_their_numbers(tmp_path):
+    for name in ("10.png", "2.PNG", "1.pgm", "notes.txt"):
+        (tmp_path / name).touch()
+    assert [path.name for path in pictures_in(tmp_path)] == ["1.pgm", "2.PNG", "10.png"]
+
+
 WRONG = {
     "an unknown column": ({1: [*HEAD[:3], "HS", "hs_spikes"]}, 1, "HS"),
     "a missing column": ({1: [*HEAD[:4], "azimuth"]}, 1, "hs_spikes"),
@@ -168,6 +174,7 @@ def test_what_nobody_knows_is_null_and_the_run_says_that_it_is_measured(tmp_path
     unknown = ("peak_vs", "vs_spikes", "seed", "spikes_in_view", "mean_hs_near_axis", *UNKNOWN)
     assert all(run.trials[name].null_count() == 3 for name in unknown)
     assert all(run.frames[name].null_count() == run.frames.height for name in ("vs", "vs_spikes", *POSES))
+    assert run.trials["repeat"].to_list() == [0, 0, 1], "of each condition"
     assert run.trials["spikes"].to_list() == [20, 29, 18] and not run.frames["hs"].null_count()
     entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
     assert "/models/dsnn/hs" in entities and "/models/dsnn/vs" not in entities

@@ -128,6 +128,10 @@ def test_a_flipped_bit_costs_its_own_record_alone(place, data):
 def test_what_one_run_of_the_board_lost_another_has():
     lines = sent()
     assert logs.decode(b"".join(lines[:3] + lines))[0].rows() == EXPECTED
+    earlier = line("frame", *EXPECTED[0][:-1], 7)
+    assert logs.decode(b"".join([lines[0], earlier, *lines]))[0].rows() == EXPECTED, "a frame counts as sent last"
+    other = [*sent("another")[:1], line("frame", TRIALS, *EXPECTED[0][1:])]
+    assert logs.decode(b"".join(other + lines))[0].rows() == EXPECTED, "frames of another program do not"
 
 
 @pytest.mark.parametrize(("lost", "name", "origin"), [
