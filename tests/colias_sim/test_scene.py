@@ -29,10 +29,11 @@ def test_assets_are_what_the_generator_draws(tmp_path):
 
 
 def test_parameters_reach_the_model():
-    robot, camera = RobotConfig(track_cm=3.0, mass_g=40.0, max_speed_cm_s=20.0), CameraConfig(up_cm=1.5, hfov_deg=60.0)
+    robot = RobotConfig(track_cm=3.0, axle_back_cm=0.2, mass_g=40.0, max_speed_cm_s=20.0)
+    camera = CameraConfig(up_cm=1.5, hfov_deg=60.0)
     model = compose(SceneConfig(), robot, camera, {"stimulus": "colias_black"}, "stimulus").compile()
-    wheels = model.body("stimulus/left_wheel").pos[1] - model.body("stimulus/right_wheel").pos[1]
-    assert wheels == pytest.approx(0.03)
+    left, right = (model.body(f"stimulus/{side}_wheel").pos for side in ("left", "right"))
+    assert [left[0], left[1], right[0], right[1]] == pytest.approx([-0.002, 0.015, -0.002, -0.015])
     assert model.body("stimulus/base").subtreemass[0] == pytest.approx(0.04)
     motor = model.actuator("stimulus/left")
     assert motor.ctrllimited and motor.ctrlrange.tolist() == pytest.approx([-20, 20])
