@@ -23,7 +23,7 @@ import subprocess
 import sys
 import tomllib
 import types
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -109,8 +109,8 @@ def titled(name: str) -> str:
 
 
 @pytest.fixture
-def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader]:
-    """Runs a page in an empty folder."""
+def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], None]]:
+    """Runs the page that is `called` by a name, in an empty folder."""
     monkeypatch.chdir(tmp_path)
     # As a Python that is started in the folder has it: before what other tests' files left there.
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -119,40 +119,34 @@ def chapter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Reader
     end_after(30, monkeypatch)
     for name in {Path(file).stem for page in PAGES for file in written(page)}:
         monkeypatch.delitem(sys.modules, name, raising=False)  # another test's file of this name
-    reader = _Reader()
-    monkeypatch.setitem(sys.modules, reader.module.__name__, reader.module)
-    yield reader
-    forget_simulations()
+    module = types.ModuleType("pasted")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
 
-
-class _Reader:
-    """Somebody who does all that a page shows."""
-
-    def __init__(self) -> None:
-        self.module = types.ModuleType("pasted")
-
-    def __call__(self, name: str) -> None:
-        """Run the page that is `called` ``name``."""
+    def run(name: str) -> None:
         (page,) = [path for path in PAGES if called(path) == name]
         for block in blocks(page):
             try:
-                self._do(block)
+                _run(block, module)
             except BaseException as error:
                 error.add_note(f"in {block.where}")
                 raise
 
-    def _do(self, block: Block) -> None:
-        if block.language == "xml":
+    yield run
+    forget_simulations()
+
+
+def _run(block: Block, module: types.ModuleType) -> None:
+    if block.language == "xml":
+        Path(block.title).write_text(block.text, encoding="utf-8")
+    elif block.language == "python":
+        code = compile(block.text, block.where, "exec")
+        if block.title:
             Path(block.title).write_text(block.text, encoding="utf-8")
-        elif block.language == "python":
-            code = compile(block.text, block.where, "exec")
-            if block.title:
-                Path(block.title).write_text(block.text, encoding="utf-8")
-            elif not block.skipped:
-                exec(code, self.module.__dict__)
-        elif block.language == "sh":
-            for words in block.commands():
-                _command(words, block)
+        elif not block.skipped:
+            exec(code, module.__dict__)
+    elif block.language == "sh":
+        for words in block.commands():
+            _command(words, block)
 
 
 def _command(words: list[str], block: Block) -> None:

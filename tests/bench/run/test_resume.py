@@ -145,10 +145,6 @@ def refused(done, says: str) -> bool:
     return (done.returncode, done.stderr.count("\n")) == (2, 1) and says in done.stderr
 
 
-def without_first_trial(folder: Path) -> None:
-    pl.read_parquet(folder / "trials.parquet").filter(pl.col("trial") != 0).write_parquet(folder / "trials.parquet")
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_edited_file_of_one_s_own_is_refused_while_trials_are_missing(mine, kind):
     """The edited file is a module that the named one imports; its size and, to the second, its time stay."""
@@ -183,7 +179,8 @@ def test_other_claims_are_judged_on_the_trials_that_are_done(mine):
 def test_other_source_and_versions_are_refused_while_trials_are_missing(mine, monkeypatch):
     assert mine(*MINE).returncode == 0
     out = mine.folder / "out"
-    without_first_trial(out)
+    rows = pl.read_parquet(out / "trials.parquet")
+    rows.filter(pl.col("trial") != 0).write_parquet(out / "trials.parquet")
     with monkeypatch.context() as patched:
         patched.setattr(provenance, "digest", lambda: "another")
         assert refused(mine(*MINE), "colias-sim's own source has changed")

@@ -10,6 +10,7 @@ import pytest
 
 import experiments
 from experiments.bench.cli import main
+from experiments.bench.measures import MEASURES
 from experiments.bench.run.rows import TrialRecord
 
 CIRCLE = """
@@ -69,6 +70,7 @@ def test_counts_of_a_model_that_does_not_spike_are_null():
     assert all(row[name] is None for row in by_model["emd"] for name in COUNTS)
     assert all(row["spikes"] == row["hs_spikes"] > 0 and row["vs_spikes"] is not None for row in by_model["dsnn"])
     assert all(row["spikes"] == row["looming_spikes"] and row["hs_spikes"] is None for row in by_model["lgmd1"])
+    assert MEASURES["spikes"](by_model["emd"]) == {"value": None, "n": len(by_model["emd"])}
     summary = {*pl.read_csv("out/summary.csv").select("model", "quantity").rows()}
     assert ("emd", "peak_hs") in summary and not {("emd", name) for name in COUNTS} & summary
     assert pl.read_csv("out/comparisons.csv").select("model", "against").rows() == [("dsnn", "lgmd1")]
@@ -76,16 +78,6 @@ def test_counts_of_a_model_that_does_not_spike_are_null():
     outcome = verdicts["emd"]["outcome"]
     assert outcome["verdict"] == "not shown" and "does not spike" in outcome["measured"]
     assert experiments.load("out").figure() is not None
-
-
-def test_a_sweep_has_no_mean_of_what_does_not_spike():
-    arguments = ("--model", "emd", "--model", "dsnn", "--measure", "spikes", "--repeats", "1")
-    assert main.command(["sweep", "speed", *QUICK, *arguments, "--over", "dsnn.n_con=4,8", "--out", "out"]) == 0
-    means = {(row["model"], row["dsnn.n_con"]): row for row in pl.read_csv("out/counts.csv").to_dicts()}
-    for connections in (4, 8):
-        silent, spiking = means["emd", connections], means["dsnn", connections]
-        assert (silent["value"], silent["not shown"]) == (None, 1)
-        assert spiking["value"] > 0 and spiking["not shown"] == 0
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, np.float64("nan")])

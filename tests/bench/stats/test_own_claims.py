@@ -5,9 +5,16 @@ import pytest
 from experiments import Check, Claim, Clip, Experiment, OfflineExperiment, Outcome, Translation, decide
 from experiments.bench.sources.judge import judge
 from experiments.bench.stats.checks import strength
-from tests.bench.robot.test_judges import rows
+from tests.bench.robot.test_judges import rows as judged_rows
 
 HOLDS = Outcome("holds", "as measured")
+ANSWERED = dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)
+
+
+def rows(number, **changes):
+    """Trials of a crossing with nine spikes each."""
+    whole = {"far_cm": None, "acceleration_cm_s2": 100.0}
+    return [{**whole, **row} for row in judged_rows({6: [9] * number}, "speed_cm_s", **changes)]
 
 
 def claim(outcome=HOLDS, **changes):
@@ -51,8 +58,7 @@ def test_a_judge_decides():
         mean = sum(row["spikes"] for row in claim_rows) / len(claim_rows)
         return Outcome.of([Check(f"{mean} spikes", mean, 1)])
 
-    trials = rows({6: [9] * 4}, "speed_cm_s") + rows({6: [9] * 3}, "speed_cm_s", far_cm=1.0)
-    whole = [{"far_cm": None, "acceleration_cm_s2": 100.0, **row} for row in trials]
+    whole = rows(4) + rows(3, far_cm=1.0)
     told = judge(claim(judge=faster, least=3), whole, 0.2)
     assert (told.verdict, told.n, told.decided) == ("holds", 7, "9.0 spikes (needs above 1)")
     few = judge(claim(judge=faster), whole, 0.2)
@@ -79,11 +85,9 @@ ANSWERS = {
 @pytest.mark.parametrize("what", ANSWERS)
 def test_a_judge_that_breaks_leaves_its_claim_unjudged(what):
     failing_judge, message = ANSWERS[what]
-    trials = rows({6: [9] * 5}, "speed_cm_s")
-    verdict = judge(claim(judge=failing_judge), trials, 0.2)
+    verdict = judge(claim(judge=failing_judge), rows(5), 0.2)
     assert verdict.verdict == "judge failed" and message in verdict.trouble
-    clip_rows = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward",
-              **dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)}]  # fmt: skip
+    clip_rows = [{"model": "dsnn", "clip": "a", "object": "present", "motion": "rightward", **ANSWERED}]
     assert message in judge(claim(on="clips", judge=failing_judge), clip_rows, 0.1).trouble
 
 
@@ -98,23 +102,20 @@ def test_what_a_judge_changes_of_its_rows_is_its_own():
         found = min(row.pop("spikes") for row in trials)
         return [Check("spikes", found, 0)]
 
-    more = {"far_cm": None, "acceleration_cm_s2": 100.0}
-    whole = [{**more, **row} for row in rows({6: [9] * 5}, "speed_cm_s")]
+    whole = rows(5)
     assert judge(claim(judge=greedy), whole, 0.2).verdict == "holds"
     assert judge(claim(judge=greedy), whole, 0.2).verdict == "holds"
 
 
 def test_columns_that_there_are_not():
-    trials = rows({6: [9] * 5}, "speed_cm_s")
-    assert judge(claim(reads=("spike",)), trials, 0.2).verdict == "not shown"
+    assert judge(claim(reads=("spike",)), rows(5), 0.2).verdict == "not shown"
     clip_rows = [{"model": "dsnn", "clip": "a", "object": "present"}]
     assert judge(claim(on="clips", conditions={"speed_px": (1.0,)}), clip_rows, 0.1).verdict == "not shown"
 
 
 def test_clips_that_a_claim_is_about():
     asked = []
-    potentials = dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "trough_vs"), 0.5)
-    clip_rows = [{"model": model, "clip": clip, "object": clip, "motion": clip, **potentials}
+    clip_rows = [{"model": model, "clip": clip, "object": clip, "motion": clip, **ANSWERED}
              for model in ("emd", "dsnn") for clip in ("absent", "present")]  # fmt: skip
 
     def heed(claim_rows, threshold):
