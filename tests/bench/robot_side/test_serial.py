@@ -56,7 +56,7 @@ EXPECTED = [(t, f, 10 * f, -20 * t, f, -t, 4_000_000 + f) for t in range(TRIALS)
 
 def sent(name: str = "stm32f427") -> list[bytes]:
     """What a board sends: made up."""
-    lines = [line("board", 1, name, 33, 24, TRIALS, FRAMES, 33_333, 180_000_000, 5, "dwt")]
+    lines = [line("board", 1, name, 33, 24, TRIALS, FRAMES, 40_000, 180_000_000, 5, "dwt")]
     lines += [line("frame", *row) for row in EXPECTED]
     return [*lines, line("stack", 604), line("end", TRIALS * FRAMES)]
 
@@ -107,7 +107,7 @@ def test_records_in_c_are_those_in_python_under_the_sanitizers(c_record, fields)
 
 def test_what_was_sent_is_decoded():
     frames, board, damaged = logs.decode(b"".join(sent()))
-    values = (1, "stm32f427", 33, 24, TRIALS, FRAMES, 33_333, 180_000_000, 5, "dwt")
+    values = (1, "stm32f427", 33, 24, TRIALS, FRAMES, 40_000, 180_000_000, 5, "dwt")
     assert board == {**dict(zip(logs.BOARD, values, strict=True)), "bytes": 604} and damaged == 0
     assert frames.rows() == EXPECTED
 
@@ -139,7 +139,9 @@ def test_what_one_run_of_the_board_lost_another_has():
 ])  # fmt: skip
 def test_a_log_is_the_robots_only_where_a_board_says_so(lost, name, origin):
     frames, board, _ = logs.decode(b"".join(sent(name=name)[lost:]))
-    assert set(logs.log_of(frames, board)["origin"]) == {origin}
+    log = logs.log_of(frames, board)
+    assert set(log["origin"]) == {origin}
+    assert log["time_s"][0] == (0.033333 if lost else 0.04), "the board says how long a frame takes"
 
 
 @needs_tools

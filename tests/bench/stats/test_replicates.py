@@ -112,6 +112,7 @@ def crossing_clip(level, stimulus="plain", motion="rightward", **changes):
         ([crossing_clip(0.2), crossing_clip(0.0, "cluttered", grey=128.0)], True),
         ([crossing_clip(0.0), crossing_clip(0.9, "cluttered", speed=300.0)], False),
         ([crossing_clip(0.2), *[crossing_clip(0.0, speed_unit="px/frame")] * 2], True),  # at 120 px a second
+        ([crossing_clip(0.2), *[crossing_clip(0.0, object="absent")] * 2], True),  # nothing crosses
         ([crossing_clip(0.2, speed=33.0), crossing_clip(0.0, speed=33.0)], True),  # none of the paper's was shown
         ([crossing_clip(0.2, speed=33.0), *[crossing_clip(0.0, speed=33.0)] * 2], False),
     ],
