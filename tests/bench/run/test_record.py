@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rerun.chunk import RrdReader
 
 from colias_sim import SceneConfig
 from colias_sim.obstacles import Obstacle
@@ -25,6 +24,7 @@ from experiments.bench.run.record import (
     rgb,
     write,
 )
+from tests.helpers.recordings import columns
 
 COUNT = 5
 COUNTS = np.array([0, 2, 0, -1, 0])
@@ -46,18 +46,6 @@ def written(path: Path, content: Content = CONTENT) -> Path:
     )
     path.write_bytes(write(content, frames, "looks"))
     return path
-
-
-def columns(path: Path, static: bool) -> dict[str, dict[str, list[Any]]]:
-    """Entity -> column without its archetype -> values."""
-    entities: dict[str, dict[str, list[Any]]] = {}
-    for chunk in RrdReader(path).stream().filter(is_static=static).to_chunks():
-        batch = chunk.to_record_batch()
-        held = entities.setdefault(str(chunk.entity_path), {})
-        for name, values in zip(batch.schema.names, batch.columns, strict=True):
-            values = values.cast("int64") if name == "time" else values
-            held.setdefault(name.rpartition(":")[2], []).extend(values.to_pylist())
-    return entities
 
 
 def colour(looks: dict[str, list[Any]]) -> tuple[int, ...]:

@@ -3,7 +3,6 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-import rerun as rr
 
 import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.envs.measures import optomotor_gain
@@ -16,6 +15,7 @@ from experiments.bench.sources.episodes import (
     response,
     wheels,
 )
+from tests.helpers.recordings import columns
 
 STEPS = 6
 
@@ -108,21 +108,6 @@ def test_an_rms_keeps_swings_that_cancel_in_the_gain():
 # --- recordings -------------------------------------------------------------------------------------------------------
 
 
-def entities(path):
-    return {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(path).stream()}
-
-
-def scalars(path, entity):
-    chunks = rr.chunk.RrdReader(path).stream().filter(content=entity, is_static=False).to_chunks()
-    return [values for chunk in chunks for values in chunk.to_record_batch()["Scalars:scalars"].to_pylist()]
-
-
-def outcome(path):
-    """What a recording says of its episode."""
-    (properties,) = rr.chunk.RrdReader(path).stream().filter(content="/__properties/episode").to_chunks()
-    return {name: value for name, (value,) in properties.to_record_batch().to_pydict().items()}
-
-
 def env(**options):
     return gym.make("colias_sim/Pursuit-v0", observation="neural", model="dsnn", max_episode_steps=STEPS, **options)
 
@@ -148,10 +133,11 @@ def test_a_recorded_env_is_the_same_env_and_its_recording_what_the_episode_was(t
         assert one[1:] == other[1:]
     (path,) = recorded.recorded  # written at the episode's end, not when the env is closed
     recorded.close()
+    held = columns(path)
     commands = [[0.3, 0.1 * step] for step in range(STEPS)]
-    np.testing.assert_allclose(scalars(path, "/world/observer/wheels"), commands, atol=1e-6)
+    np.testing.assert_allclose(held["/world/observer/wheels"]["scalars"], commands, atol=1e-6)
     terms = [name for name in seen[1][4] if name.startswith("reward_")]
-    assert terms and scalars(path, "/reward") == [[info[name] for name in terms] for *_, info in seen[1:]]
+    assert terms and held["/reward"]["scalars"] == [[info[name] for name in terms] for *_, info in seen[1:]]
     shown = {
         "/world/observer/camera/image",
         "/world/path",
@@ -159,7 +145,7 @@ def test_a_recorded_env_is_the_same_env_and_its_recording_what_the_episode_was(t
         "/models/dsnn/hs",
         "/models/dsnn/threshold",
     }
-    assert shown <= entities(path)
+    assert shown <= held.keys()
 
 
 @pytest.mark.parametrize(
@@ -187,9 +173,9 @@ def test_a_recording_says_its_seed_and_how_it_ended(tmp_path):
     while not crash.step(np.ones(2, np.float32))[2]:
         pass
     crash.close()
-    told = [outcome(path) for path in (*recorded.recorded, *crash.recorded)]
-    assert [one["ended by"] for one in told] == [["time"], ["left"], ["left"], ["touched something"]]
-    assert [one["reset seed"] for one in told] == [["0"], ["none"], [f"{2**70}"], ["0"]]
+    told = [columns(path)["/__properties/episode"] for path in (*recorded.recorded, *crash.recorded)]
+    assert [one["ended by"][0] for one in told] == [["time"], ["left"], ["left"], ["touched something"]]
+    assert [one["reset seed"][0] for one in told] == [["0"], ["none"], [f"{2**70}"], ["0"]]
 
 
 def test_what_cannot_be_recorded_is_refused_at_once(tmp_path):
