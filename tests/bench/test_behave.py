@@ -62,9 +62,7 @@ def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
     trials = report.trials
     assert trials["model"].to_list() == ["optomotor"] * 2 + ["still"] * 2 and trials["seed"].to_list() == [0, 1, 0, 1]
     assert trials["frames"].to_list() == [12] * 4 and report.failures.is_empty()
-    assert {path.name for path in (tmp_path / "run").iterdir()} >= {
-        "run.json", "trials.parquet", "frames.parquet", "summary.csv", "claims.json", "figure.svg", "figure.png"
-    }  # fmt: skip
+    assert all((tmp_path / "run" / f"figure.{ending}").is_file() for ending in ("svg", "png"))
     recordings = {path.name for path in (tmp_path / "run" / "recordings").iterdir()}
     assert recordings == {"trial-0000.rrd", "trial-0001.rrd"}, "of the first behaviour"
     loaded = load(tmp_path / "run")

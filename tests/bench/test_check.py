@@ -16,27 +16,22 @@ from experiments.bench.run.models import ConfiguredModel, choose
 from scenes import ARENAS
 
 
-def each(registry, laws):
-    """Parametrise a test over the entries of a registry and the laws of its kind."""
-    pairs = itertools.product(registry, laws)
-    return pytest.mark.parametrize(
-        ("name", "law"), [pytest.param(n, law, id=f"{n}-{law.__name__}") for n, law in pairs]
-    )
-
-
-@each(MODELS, check.MODELS)
+@pytest.mark.parametrize("law", check.MODELS)
+@pytest.mark.parametrize("name", MODELS)
 def test_a_model_keeps_the_law(name, law):
     law(choose(name, "offline"))
 
 
-@each(STIMULI, check.STIMULI)
+@pytest.mark.parametrize("law", check.STIMULI)
+@pytest.mark.parametrize("name", STIMULI)
 def test_a_stimulus_keeps_the_law(name, law):
     """At few pixels and frames a second: the laws are the same, and painting is cheap."""
     entry = STIMULI[name]
     law(dataclasses.replace(entry, params=dataclasses.replace(entry.params, rows=48, columns=80, fps=10)))
 
 
-@each(ARENAS, check.ARENAS)
+@pytest.mark.parametrize("law", check.ARENAS)
+@pytest.mark.parametrize("name", ARENAS)
 def test_an_arena_keeps_the_law(name, law):
     law(name)
 

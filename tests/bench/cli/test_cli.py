@@ -132,7 +132,6 @@ def test_a_call_from_python_is_repeated_in_its_folder(mine, monkeypatch):
 WRONG = {
     "number": (("run", "speed", "--repeats", "two"), "--repeats"),
     "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
-    "touch": (("run", "distance", "--set", "experiment.distances_cm=3", "--set", "camera.forward_cm=0.5"), "touch"),
     "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
     "view": (("view", "absent", "--web"), "absent"),
     "screen": (("view", "bright"), "needs a screen"),
