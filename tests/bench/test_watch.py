@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 import polars as pl
 import pytest
-import rerun as rr
 
 from dsnn import DSNN, DSNNParams
 from dsnn.stimuli import stimulus
@@ -24,6 +23,7 @@ from tests.dsnn.test_video import ARROW, CASES, written
 from tests.helpers.answering import write_model
 from tests.helpers.footage import FPS, street
 from tests.helpers.footage import film as filmed
+from tests.helpers.recordings import columns
 
 CLIP = street(movers="opposite")
 FRAMES = len(CLIP)
@@ -82,14 +82,9 @@ def test_the_frames_are_those_of_the_network_and_the_recording_has_all_of_them(s
     expected = DSNN((180, 320), DSNNParams.offline()).run(decoded(film))
     np.testing.assert_array_equal(seen.frames["hs"], expected.hs)
     np.testing.assert_array_equal(seen.frames["vs_spikes"], expected.vs_spikes)
-    chunks = rr.chunk.RrdReader(seen.recordings[0]).stream().filter(content="/world/observer/camera/image")
-    rows = {
-        frame: blob[0]
-        for batch in (chunk.to_record_batch() for chunk in chunks.filter(is_static=False).to_chunks())
-        for frame, blob in zip(batch["frame"].to_pylist(), batch["EncodedImage:blob"].to_pylist(), strict=True)
-    }  # fmt: skip
-    assert sorted(rows) == list(range(FRAMES))
-    image = cv2.imdecode(np.frombuffer(bytes(rows[100]), np.uint8), cv2.IMREAD_GRAYSCALE)
+    images = columns(seen.recordings[0], static=False)["/world/observer/camera/image"]
+    assert images["frame"] == list(range(FRAMES))
+    image = cv2.imdecode(np.frombuffer(bytes(images["blob"][100][0]), np.uint8), cv2.IMREAD_GRAYSCALE)
     assert cv2.absdiff(image, decoded(film)[100]).mean() < 3
 
 
@@ -123,8 +118,7 @@ def test_a_stimulus_is_shown_as_it_is_painted():
     clip = stimulus("plain", seed=3, motion="leftward", rows=60, columns=80)
     expected = DSNN((60, 80), DSNNParams.offline()).run(frame.luma for frame in clip)
     np.testing.assert_array_equal(run.frames["hs"], expected.hs)
-    boxes = rr.chunk.RrdReader(run.recordings[0]).stream().filter(content="/world/observer/camera/stimulus")
-    assert boxes.to_chunks(), "its outline"
+    assert "/world/observer/camera/stimulus" in columns(run.recordings[0]), "its outline"
 
 
 def test_a_folder_of_pictures_is_shown_in_the_order_of_its_numbers():

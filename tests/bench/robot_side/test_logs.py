@@ -8,12 +8,12 @@ import math
 import numpy as np
 import polars as pl
 import pytest
-import rerun as rr
 
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.robot_side.logs import POSES, UNKNOWN, pictures_in
 from experiments.bench.run.errors import UsageError
+from tests.helpers.recordings import columns
 
 SPEEDS = "--set", "experiment.speeds_cm_s=20,30"
 FRAMES = 30
@@ -176,7 +176,7 @@ def test_what_nobody_knows_is_null_and_the_run_says_that_it_is_measured(tmp_path
     assert all(run.frames[name].null_count() == run.frames.height for name in ("vs", "vs_spikes", *POSES))
     assert run.trials["repeat"].to_list() == [0, 0, 1], "of each condition"
     assert run.trials["spikes"].to_list() == [20, 29, 18] and not run.frames["hs"].null_count()
-    entities = {str(chunk.entity_path) for chunk in rr.chunk.RrdReader(run.recordings[0]).stream().to_chunks()}
+    entities = columns(run.recordings[0]).keys()
     assert "/models/dsnn/hs" in entities and "/models/dsnn/vs" not in entities
 
 
