@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+import experiments
 from experiments.bench.cli import main
 from experiments.bench.fit import RESULTS, Fit, at, box_of, planned, scored, spread, study_of
 from experiments.bench.run.errors import UsageError
@@ -78,10 +79,10 @@ def folder(tmp_path_factory):
     return place
 
 
-def fit(folder, out, claims, *more):
+def fit(folder, out, claims, *more, status=0):
     file = str(folder / "planted.py")
     chosen = ["--model", file, "--claims", claims, *more, "--out", str(folder / out)]
-    assert main.command(["fit", file, *chosen, "--workers", "0", "-q"]) == 0
+    assert main.command(["fit", file, *chosen, "--workers", "0", "-q"]) == status
     return json.loads((folder / out / "fit.json").read_text())
 
 
@@ -120,6 +121,20 @@ def test_a_fit_to_noise_is_exposed_anew(folder):
     assert outcome["word"] == "not fitted" and outcome["luck"] > 0.0
     winner = table(folder, "luck", "anew.csv")[0]
     assert int(winner["kept"]) <= 8 and winner["replicates"] == "20"
+
+
+def test_settings_in_which_the_model_fails_are_worst_and_on_record(tmp_path):
+    """It raises in the upper half of the box, where the claim would be kept."""
+    (tmp_path / "planted.py").write_text(
+        PLANTED.replace("        hill = 1.0", "        1 / (self.p.a < 0.5)\n        hill = 1.0")
+    )
+    fit(tmp_path, "out", "hill", *A, "--trials", "8", "--share", "4", "--sample", "4", "--held-out", "1", status=1)
+    rows = table(tmp_path, "out")
+    failed = [row for row in rows if float(row["planted.a"]) >= 0.5]
+    assert 0 < len(failed) < len(rows)
+    assert {(row["kept"], float(row["slack hill"])) for row in failed} == {("0", -MOST_SLACK)}
+    failures = experiments.load(tmp_path / "out").failures
+    assert failures.height >= len(failed) and failures["reason"].str.contains("division by zero").all()
 
 
 def test_frames_are_shared_by_settings_of_the_network_alone(folder):
