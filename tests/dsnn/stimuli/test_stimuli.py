@@ -218,34 +218,35 @@ def test_dots_are_of_the_number_and_size_asked_for():
 @pytest.mark.parametrize(("motion", "polarity"), [*zip(DIRECTIONS, ("on", "off", "off", "on"), strict=True)])
 def test_an_edge_only_brightens_or_only_darkens(motion, polarity):
     sign = 1 if polarity == "on" else -1
-    change = sign * np.diff(lumas(stimulus("edge", motion=motion, polarity=polarity, speed=77.0)).astype(int), axis=0)
+    clip = stimulus("edge", motion=motion, polarity=polarity, speed=77.0, dark_grey=50, light_grey=180)
+    change = sign * np.diff(lumas(clip).astype(int), axis=0)
     assert change.min() == 0
-    assert (change.sum(axis=0) == 160).all()  # and it passes every pixel
+    assert (change.sum(axis=0) == 130).all()  # and it passes every pixel
 
 
 @pytest.mark.parametrize("motion", DIRECTIONS)
 def test_a_bar_has_an_edge_of_either_polarity(motion):
-    clip = stimulus("bar", motion=motion, thickness=12.5, speed=90.0)
+    clip = stimulus("bar", motion=motion, thickness=12.5, speed=90.0, dark_grey=50, light_grey=180)
     frame = clip[len(clip) // 2]
-    light = frame.luma.astype(float) - 40
-    assert light.sum() / 160 == pytest.approx(
+    light = frame.luma.astype(float) - 50
+    assert light.sum() / 130 == pytest.approx(
         12.5 * (clip.shape[0] if DIRECTIONS[motion][0] else clip.shape[1]), rel=2e-3
     )
     box = frame.truth.box
     assert centroid(light) == pytest.approx((box.left + box.width / 2, box.top + box.height / 2), abs=0.05)
-    assert (clip[0].luma == 40).all() and (clip[-1].luma == 40).all()
+    assert (clip[0].luma == 50).all() and (clip[-1].luma == 50).all()
 
 
 @pytest.mark.parametrize(("motion", "sign"), [*zip(DIRECTIONS, (-1, 1, -1, 1), strict=True)])
 def test_reverse_phi_reverses_contrast_at_each_displacement(motion, sign):
     kind = "reversed" if sign < 0 else "kept"
-    clip = stimulus("reverse-phi", contrast_at_a_step=kind, motion=motion, step_px=3, step_frames=2, rest_s=0)
+    clip = stimulus("reverse-phi", contrast_at_a_step=kind, motion=motion, step_px=4, step_frames=3, rest_s=0)
     x, y = DIRECTIONS[motion]
     pictures = lumas(clip).astype(int) - 120
-    for before, after in zip(pictures[:-1:2], pictures[2::2], strict=True):
-        np.testing.assert_array_equal(after, sign * np.roll(before, (3 * y, 3 * x), axis=(0, 1)))
-    np.testing.assert_array_equal(pictures[0], pictures[1])
-    assert clip[0].truth.background_velocity == (45 * x, 45 * y)
+    for before, after in zip(pictures[:-3:3], pictures[3::3], strict=True):
+        np.testing.assert_array_equal(after, sign * np.roll(before, (4 * y, 4 * x), axis=(0, 1)))
+    assert np.array_equal(pictures[0], pictures[1]) and np.array_equal(pictures[0], pictures[2])
+    assert clip[0].truth.background_velocity == (40 * x, 40 * y)
 
 
 PAIRS = ("on-on", "off-off", "on-off", "off-on")
@@ -257,7 +258,7 @@ def test_apparent_motion_is_two_steps_of_the_signs_asked_for(motion, polarity):
 
     The truth moves from the one step to the other.
     """
-    size = {"spacing_px": 6, "rows": 90, "columns": 130}
+    size = {"width_px": 3, "spacing_px": 6, "rows": 90, "columns": 130}
     clip = stimulus("apparent", motion=motion, polarity=polarity, delay_frames=3, rest_s=0.2, **size)
     frames = lumas(clip).astype(int)
     change = np.diff(frames, axis=0)
@@ -270,7 +271,7 @@ def test_apparent_motion_is_two_steps_of_the_signs_asked_for(motion, polarity):
     x, y = DIRECTIONS[motion]
     np.testing.assert_array_equal(np.roll(first != 0, (6 * y, 6 * x), axis=(0, 1)), second != 0)
     pairs = 3 if x else 2  # those of 40 px that are whole inside the frame
-    assert (first != 0).sum() == pairs * 2 * (90 if x else 130)
+    assert (first != 0).sum() == pairs * 3 * (90 if x else 130)
     assert (frames[0] == 120).all()
     truths = [(frame.truth.motion, frame.truth.background_velocity) for frame in clip]
     assert truths[6:9] == [(motion, (60.0 * x, 60.0 * y))] * 3, "6 px in 3 frames"
@@ -278,15 +279,18 @@ def test_apparent_motion_is_two_steps_of_the_signs_asked_for(motion, polarity):
 
 
 def test_foliage_sways_in_its_band_and_goes_nowhere():
-    clip = stimulus("foliage", low_hz=1.0, high_hz=2.0, duration_s=8, rest_s=0, seed=1, rows=96, columns=96)
+    wind = {"low_hz": 1.0, "high_hz": 2.0, "amplitude_px": (1.5, 1.0)}
+    clip = stimulus("foliage", **wind, duration_s=8, rest_s=0, seed=1, rows=96, columns=96)
     trace = lumas(clip)[:240].astype(float)
     spectrum = (np.abs(np.fft.rfft(trace - trace.mean(axis=0), axis=0)) ** 2).sum(axis=(1, 2))
     hertz = np.fft.rfftfreq(240, 1 / 30)
     # A texture turns a sway into harmonics of it, but little of it falls below the band.
     assert spectrum[hertz < 0.7].sum() < 0.25 * spectrum.sum()
     assert spectrum[(hertz > 0.7) & (hertz < 5)].sum() > 0.7 * spectrum.sum()
-    x, y = np.mean([clip._sway.places(i, 30.0) for i in range(240)], axis=0) - clip._sway.places(0, 30.0, wind=0.0)
-    assert max(np.abs(x).mean(), np.abs(y).mean()) < 0.5, "on the average it is where it was"
+    moved = np.array([clip._sway.places(i, 30.0) for i in range(240)]) - clip._sway.places(0, 30.0, wind=0.0)
+    assert np.abs(moved.mean(axis=0)).mean() < 0.5, "on the average it is where it was"
+    about_their_mean = np.sqrt(moved.var(axis=(2, 3)).mean(axis=0))
+    assert about_their_mean == pytest.approx([1.5, 1.0], rel=0.1)
 
 
 def test_jitter_moves_image_and_truth_by_the_same_fraction_of_a_pixel():

@@ -16,11 +16,11 @@ def moving(clip):
 def test_the_angle_is_that_of_l_over_v(l_over_v):
     """theta = 2 atan((l / v) / t), from the angle asked for to the other, whatever the frame rate."""
     for fps in (30, 100):
-        frames = moving(stimulus("looming", l_over_v_s=l_over_v, fps=fps))
-        angles = [2 * math.degrees(math.atan(frame.truth.box.width / 2 / 70.7)) for frame in frames]
+        frames = moving(stimulus("looming", l_over_v_s=l_over_v, fps=fps, start_deg=10.0, focal_px=60.0))
+        angles = [2 * math.degrees(math.atan(frame.truth.box.width / 2 / 60.0)) for frame in frames]
         times = [frame.truth.time_to_contact_s for frame in frames]
         np.testing.assert_allclose(angles, [2 * math.degrees(math.atan(l_over_v / t)) for t in times])
-        assert angles[0] == pytest.approx(8.0) and 40.0 < angles[-1] < 60.0
+        assert angles[0] == pytest.approx(10.0) and 40.0 < angles[-1] < 60.0
         np.testing.assert_allclose(np.diff(times), -1 / fps)
 
 
