@@ -302,7 +302,7 @@ class Canvas:
         axes.set_title(f"{model}: {looks}; strokes at the edges: spikes", loc="left")
         if self._film:  # what is to come is faint
             veil = axes.axvspan(begin, end, facecolor=(1, 1, 1, 0.8), edgecolor="#3c3c3c", animated=True, zorder=5)
-            self._updates[0].append(lambda time_s, _: veil.set_bounds(time_s, -2 * high, end - begin, 4 * high))
+            self._updates[0].append(lambda time_s, _: veil.set_bounds(time_s, -1.0, end - begin, 3.0))
 
     def frame(self, time_s: float, seen: Mapping[str, Picture | None]) -> Picture:
         """Return the frame of a time, (H, W, 3) uint8: ``seen`` has the last picture of each eye, and of changes."""
