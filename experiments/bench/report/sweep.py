@@ -29,12 +29,16 @@ def draw(result: Any) -> Figure:
     levels with names are one map: points and models down, claims across.
     """
     named = bool(result.counts.height) and (not result.axes or bool(result.study.axes))
+    cells, symbols = _cells(result), []
+    if not named and len(result.axes) == 1:
+        symbols.append("Whiskers: 95 % interval, or range")
+    elif cells["judged"].any():
+        symbols.append("k/n: holds in k of n (h: the DSNN's half); hatched: not judged")
     with style.look():
         figure = _table(result) if named else _panels(result)
-        style.headline(figure, finding(_cells(result)))
-        what = f"{style.sentence(result.study.summary)}: n = {result.study.replicates}, from seed {result.seed}."
-        symbols = "k/n: holds in k of n (h: the DSNN's half); hatched: not judged; whiskers: 95 % interval, or range."
-        style.caption(figure, f"{symbols} {what}")
+        style.headline(figure, finding(cells))
+        what = f"{style.sentence(result.study.summary)}: n = {result.study.replicates}, from seed {result.seed}"
+        style.caption(figure, ". ".join([*symbols, what, ""]).rstrip())
     return figure
 
 
@@ -87,7 +91,10 @@ def _panels(result: Any) -> Figure:
     """Draw a panel for each claim and measure of each model: the first axis across, a second one up."""
     (across_name, levels), *second = result.axes.items()
     up = list(second[0][1]) if second else []
-    panels = _cells(result).partition_by("what", "model", maintain_order=True)
+    measure = pl.col("what").str.split(":").list.first()
+    value = pl.col("value").cast(float)
+    scaled = _cells(result).with_columns(least=value.min().over(measure), most=value.max().over(measure))
+    panels = scaled.partition_by("what", "model", maintain_order=True)
     titles = {claim.id: f"{claim.title} ({claim.id})" for claim, _ in result.claims} | {TOGETHER: "All claims"}
     across = min(3, len(panels))
     down = math.ceil(len(panels) / across)
@@ -119,7 +126,8 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
     cells[table["y"].to_numpy(), table["x"].to_numpy()] = table["value"].cast(float).to_numpy()
     panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
     if not table["judged"][0]:
-        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="viridis")
+        least, most = table.select("least", "most").row(0)  # one scale for all panels of a measure
+        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="viridis", vmin=least, vmax=most)
         panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
         return
     panel.imshow(cells, origin="lower", aspect="auto", cmap=SHARES, vmin=0.0, vmax=1.0)
