@@ -385,8 +385,9 @@ def _runs_row(folder: Path) -> dict[str, Any]:
 def _in_words(verdicts: Sequence[Verdict]) -> str:
     """Say what claims came to, by word, or by count without one: ``holds: C1, C2; 4 of 5: C5``; empty without any."""
     labels: dict[str, list[str]] = {}
+    several = len({verdict.model for verdict in verdicts}) > 1
     for verdict in verdicts:
-        labels.setdefault(verdict.count.label, []).append(verdict.id)
+        labels.setdefault(verdict.count.label, []).append(f"{verdict.id} {verdict.model if several else ''}".rstrip())
     return "; ".join(f"{label}: {', '.join(dict.fromkeys(ids))}" for label, ids in labels.items())
 
 

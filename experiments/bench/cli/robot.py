@@ -127,7 +127,8 @@ def decode(
     )
     if missing:
         out_console.print("run the program once more, append what it sends to this file, and decode it again")
-    out_console.print("most cycles:", frames["cycles"].max())
+    if (most := frames["cycles"].max()) is not None:  # a board in QEMU counts none
+        out_console.print("most cycles:", most)
     show_places({"log": out / "log.csv", "cycles": out / "cycles.csv"})
     return options.EXIT_FAILED if missing or not frames.height else 0
 
