@@ -232,7 +232,7 @@ def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple
         require_training()
     for policy, file in missing:
         name, rounds = f"training seed {policy.seed}", policy.steps // policy.envs
-        with interrupts.once(), progress(name, rounds, pool.quiet, "steps of all envs") as advance:
+        with interrupts.once(), progress(name, rounds, pool.quiet, "steps of each env") as advance:
             trained, curve = train(policy, advance)
             folder.mkdir(parents=True, exist_ok=True)
             curve.write_csv(folder / f"learning-{policy.seed}.csv")
