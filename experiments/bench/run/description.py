@@ -10,7 +10,7 @@ from typing import Any
 
 from experiments.bench.run import provenance
 from experiments.bench.run.command import command_note
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.files import NAME, replacing, to_json
 
 KIND = "kind"
@@ -29,8 +29,8 @@ DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""
 OF_REPLICATES = ("replicates", "trials", "backgrounds")
 """Entries of a study that grow when it resumes with more replicates: its trials are in the order of these."""
-MOST_NAMED, LONGEST = 3, 60
-"""Parameters, and characters of a value, that a refusal to resume names."""
+MOST_NAMED = 3
+"""Parameters that a refusal to resume names."""
 
 
 def now() -> str:
@@ -100,8 +100,7 @@ def resumed(folder: Path, description: Mapping[str, Any], *, complete: bool = Fa
         there |= {name: here[name] for name in OF_REPLICATES if name in here}
     if complete and isinstance(there.get("experiment"), dict) and "claims" in there["experiment"]:
         there["experiment"] |= {"claims": here["experiment"]["claims"]}
-    differing = [f"{name} is {_short(before)} there and {_short(after)} now"
-                 for name, before, after in differences(there, here)]  # fmt: skip
+    differing = [f"{name} is {short(a)} there and {short(b)} now" for name, a, b in differences(there, here)]
     if differing:
         first = "; ".join(differing[:MOST_NAMED])
         raise UsageError(f"{folder}: {first}: use the first command's options, or choose another --out")
@@ -143,8 +142,3 @@ def _parameters(value: Any, path: str) -> Iterator[tuple[str, Any]]:
             yield from _parameters({name: model[name] for name in ("source", "network")}, label)
     else:
         yield path, value
-
-
-def _short(value: Any) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."

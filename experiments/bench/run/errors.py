@@ -32,11 +32,11 @@ def check_name(what: str, name: object) -> None:
         raise ValueError(f"{what} {short(name)}: a name must be up to 60 letters, digits, ., - and _")
 
 
-def check_declared(kind: str, name: Any, repeats: Any) -> None:
+def check_declared(name: Any, repeats: Any) -> None:
     """Raise ``ValueError`` for a name or repeats that an experiment cannot have."""
-    check_name(kind, name)
+    check_name("experiment", name)
     if not isinstance(repeats, int) or repeats < 1:
-        raise ValueError(f"{kind} {name}: repeats must be a whole number of 1 or more, got {short(repeats)}")
+        raise ValueError(f"experiment {name}: repeats must be a whole number of 1 or more, got {short(repeats)}")
 
 
 def short(value: Any) -> str:

@@ -27,28 +27,21 @@ def new_folder(name: str) -> Path:
     return next(path for path in chain([first], further) if not path.exists())
 
 
-def part(place: Path, ending: str = "") -> Path:
-    """Return where a file or a folder is written until it is whole: NAME.part in the same folder, and an ``ending``."""
-    return place.with_name(f"{place.name}.part{ending}")
+def part(place: Path) -> Path:
+    """Return where a file is written until it is whole: NAME.part in the same folder."""
+    return place.with_name(f"{place.name}.part")
 
 
 @contextlib.contextmanager
-def replacing(path: Path, ending: str = "") -> Iterator[Path]:
+def replacing(path: Path) -> Iterator[Path]:
     """Write a file so that it has its name when it is whole, or not at all.
-
-    Parameters
-    ----------
-    path
-        The file.
-    ending
-        How the name of the part has to end, where a library chooses the format by that.
 
     Yields
     ------
     Path
         The part, NAME.part in the same folder. The caller writes it; after an error it is removed.
     """
-    partial = part(path, ending)
+    partial = part(path)
     try:
         yield partial
         partial.replace(path)

@@ -399,26 +399,6 @@ def play(
     return replace(done, recording=recording_of(lambda: record(trial, showings, done.rows))) if record else done
 
 
-def spike_counts(model: ConfiguredModel, series: ResponseSeries) -> dict[str, int | None]:
-    """Count the spikes of a model's responses.
-
-    Parameters
-    ----------
-    model
-        The model.
-    series
-        Its responses.
-
-    Returns
-    -------
-    dict of str to int or None
-        ``spikes``, those of the model's `ConfiguredModel.counted` channel, then ``hs_spikes`` and so on. ``None``
-        where the channel has no threshold or is not declared: it does not spike.
-    """
-    counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
-    return {"spikes": counts.get(model.counted), **{f"{c}_spikes": count for c, count in counts.items()}}
-
-
 def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames: bool = True) -> TrialRecord:
     """Tabulate what the models responded in a trial: a row per model, in the trial's order, and a row per frame.
 
@@ -438,10 +418,11 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
         shown = source.columns()
         for model, series in showing.series():
             table = truth.with_columns(**{name: getattr(series, name) for name in FIELDS})
-            measures = source.measures(model, table)
+            counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {
                 "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
-                "model": model.label, **shown, **spike_counts(model, series), **measures,
+                "model": model.label, **shown, "spikes": counts.get(model.counted),
+                **{f"{channel}_spikes": count for channel, count in counts.items()}, **source.measures(model, table),
                 "frames": table.height, "wall_s": wall_s,
             }  # fmt: skip
             if frames:

@@ -424,7 +424,9 @@ def views(content: Content) -> list[tuple[float, Any]]:
     if top:
         rows.append((4.0, rrb.Horizontal(*(view for _, view in top), column_shares=[share for share, _ in top])))
     if content.models:
-        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, _lanes(content.models)))
+        columns = -(-len(content.models) // MOST_LANES)
+        lanes = rrb.Grid(*(_lane(model, legend=columns == 1) for model in content.models), grid_columns=columns)
+        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, lanes))
     if content.plots:
         plots = [
             _plot(f"/{entity}", [f"/{entity}"], heading, legend=len(names) > 1)
@@ -458,13 +460,8 @@ def _world(content: Content) -> rrb.Spatial3DView:
     )  # fmt: skip
 
 
-def _lanes(models: Sequence[RecordedModel]) -> Any:
-    """Return a lane for each model: potentials, and beside them spikes and azimuth; in columns if many."""
-    columns = -(-len(models) // MOST_LANES)
-    return rrb.Grid(*(_lane(model, legend=columns == 1) for model in models), grid_columns=columns)
-
-
 def _lane(model: RecordedModel, *, legend: bool) -> Any:
+    """Return the lane of a model: potentials, and beside them spikes and azimuth."""
     place, name = f"/{model_entity(model.label)}", model.label
     potentials = [f"{place}/{channel}" for channel in model.spiking]
     lowest = -0.05 if model.spiking == ["looming"] else -1.05

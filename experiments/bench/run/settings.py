@@ -15,7 +15,7 @@ from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET as PRESET
 from experiments.bench.run.models import ConfiguredModel, ask, family, look_up
-from scenes.hints import closest, nearest
+from scenes.hints import nearest
 
 SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
@@ -87,10 +87,7 @@ def collect(assignments: Iterable[str], values: Mapping[str, Any], option: str =
         if key not in known:
             if section not in values and section in SECTIONS:
                 raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
-            ours = {*SECTIONS, "robot", "camera", "scene", "experiment"}
-            own = [] if closest(section, values) else [one for one in values if one not in ours]
-            same = [f"{one}.{name}" for one in own if f"{one}.{name}" in known]
-            near = f"nearest: {same[0]}; " if same else nearest(key, known, after="; ")
+            near = nearest(key, known, after="; ")
             raise UsageError(
                 f"{option} {assignment}: no parameter '{key}' ({near}sections here are {', '.join(values)}; all:"
                 " colias list parameters)"

@@ -383,7 +383,7 @@ class OfflineExperiment:
     file: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        check_declared("experiment", self.name, self.repeats)
+        check_declared(self.name, self.repeats)
         check_claims(self.name, self.claims)
         if isinstance(self.models, str):
             raise ValueError(f"experiment {self.name}: models must be a tuple of names, got {self.models!r}")

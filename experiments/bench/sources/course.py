@@ -46,11 +46,6 @@ STANDING = Schedule(Route(Pose(0.0, 0.0, 0.0), (Stretch(seconds=ALWAYS_S),)), ma
 """An observer that stands where it does in most trials."""
 
 
-def body_cm(settings: Settings) -> float:
-    """Return the radius of the stimulus with its shell, which may be wider than its hull."""
-    return max(ROBOT_RADIUS_CM, settings.scene.shell_width_cm / 2)
-
-
 def half_crossing(distance: float, radius: float, hfov: float) -> float:
     """Sideways distance from the optical axis at which a disc of ``radius`` just leaves the view (m, m, rad)."""
     return distance * math.tan(hfov / 2) + radius / math.cos(hfov / 2)
@@ -196,8 +191,7 @@ def _view_edge(condition: Condition, settings: Settings, seen_from: Pose, side: 
 
 def _angular(condition: Condition, settings: Settings) -> Course:
     """Return the course between a point on the axis, ``distance_cm`` before the lens, and one ``far_cm`` from it."""
-    if condition.angle_deg is None or condition.far_cm is None:
-        raise ValueError(f"{condition.motion} needs angle_deg and far_cm")
+    assert condition.angle_deg is not None and condition.far_cm is not None, "a condition in depth has both"
     near, far, speed = condition.distance_cm / 100, condition.far_cm / 100, condition.speed_cm_s / 100
     outward = -math.radians(condition.angle_deg)  # negative angles on the left, where y is positive
     length = -near * math.cos(outward) + math.sqrt(far**2 - (near * math.sin(outward)) ** 2)
@@ -301,13 +295,9 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
             f"{100 * stimulus.route.length:.1f} cm is too short to reach that speed"
         )
     moments = [i * EVERY_S for i in range(math.ceil(stimulus.seconds / EVERY_S) + 1)]
-    places = {
-        name: [schedule.pose(time) for time in moments]
-        if any(stretch.moves or stretch.rate for stretch in schedule.route.stretches)
-        else [schedule.pose(0.0)] * len(moments)
-        for name, schedule in schedules.items()
-    }
-    radii = {name: ROBOT_RADIUS_CM if name == "observer" else body_cm(settings) for name in places}
+    places = {name: [schedule.pose(time) for time in moments] for name, schedule in schedules.items()}
+    body_cm = max(ROBOT_RADIUS_CM, settings.scene.shell_width_cm / 2)  # a shell may be wider than the hull
+    radii = {name: ROBOT_RADIUS_CM if name == "observer" else body_cm for name in places}
     at = {name: 100 * np.array([(pose.x, pose.y) for pose in poses]) for name, poses in places.items()}
     skew = 0.0 if condition.motion in DEPTH else math.sin(math.radians(3 * settings.heading_sd_deg))
     errors = 0.3 * settings.pose_sd_mm + skew * np.hypot(*(at["stimulus"] - at["stimulus"][0]).T)

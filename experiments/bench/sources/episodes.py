@@ -21,7 +21,7 @@ from colias_sim.envs import ENVS, NEURAL, State
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import FPS
 from colias_sim.simulation import TRIAL_ROBOTS
-from dsnn import Response, ResponseSeries
+from dsnn import ResponseSeries
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.run import record as rerun
 from experiments.bench.run.errors import UsageError
@@ -109,17 +109,15 @@ def env_id(name: str) -> str:
 # --- what a reflex sees and does --------------------------------------------------------------------------------------
 
 
-def declared_part(seen: Response, channels: Sequence[str]) -> Any:
-    """Return a response without the channels that its model does not declare: to read one is an ``AttributeError``."""
-    spikes = (f"{channel}_spikes" for channel in channels if channel in SPIKING)
-    return SimpleNamespace(**{name: getattr(seen, name) for name in ("maps", *channels, *spikes)})
-
-
 def response(observation: npt.NDArray[np.float32], channels: Sequence[str] = CHANNELS) -> Any:
-    """Return the `Response` that a neural observation (7,) is of, by a model that declares these channels."""
+    """Return the `Response` that a neural observation (7,) is of, by a model that declares these channels.
+
+    To read a channel that the model does not declare is an ``AttributeError``.
+    """
     values = dict(zip(NEURAL, observation.tolist(), strict=True))
-    counts = {name: int(value) for name, value in values.items() if name.endswith("_spikes")}
-    return declared_part(Response(**values | counts), channels)
+    values |= {name: int(value) for name, value in values.items() if name.endswith("_spikes")}
+    spikes = (f"{channel}_spikes" for channel in channels if channel in SPIKING)
+    return SimpleNamespace(maps=None, **{name: values[name] for name in (*channels, *spikes)})
 
 
 def wheels(policy: Policy, seen: Any) -> npt.NDArray[np.float32]:

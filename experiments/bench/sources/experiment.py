@@ -104,7 +104,7 @@ class Experiment:
     file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        check_declared("experiment", self.name, self.repeats)
+        check_declared(self.name, self.repeats)
         check_claims(self.name, self.claims)
         where = f"experiment {self.name}"
         if isinstance(self.models, str) or not self.models:
@@ -165,13 +165,7 @@ class Settings:
 # --- designs ----------------------------------------------------------------------------------------------------------
 
 SpeedCmS = Annotated[float, Field(ge=0.5, le=35.0), unit("cm/s")]
-SlowSpeedCmS = Annotated[float, Field(ge=0.5, le=15.0), unit("cm/s")]
 DistanceCm = Annotated[float, Field(ge=3.0, le=20.0), unit("cm")]
-AngleDeg = Annotated[float, Field(ge=-60.0, le=60.0), unit("degrees")]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-WallContrast = Annotated[float, Field(ge=0.0, le=4.0)]
-DriveCmS = Annotated[float, Field(ge=-5.0, le=5.0), unit("cm/s")]
-TurnDegS = Annotated[float, Field(ge=-30.0, le=30.0), unit("degrees/s")]
 Ways = Literal["rightward", "leftward", "both"]
 Value = TypeVar("Value")
 
@@ -234,7 +228,7 @@ class Depth(Placed):
     """What approaches and recessions have in common."""
 
     _: KW_ONLY
-    speed_cm_s: SlowSpeedCmS = 6.0
+    speed_cm_s: Annotated[float, Field(ge=0.5, le=15.0), unit("cm/s")] = 6.0
     """Speed of the stimulus."""
     near_cm: Annotated[float, Field(ge=4.0, le=10.0), unit("cm")] = 5.0
     """Distance from the camera to the near end of approach and recession, on the axis."""
@@ -271,7 +265,7 @@ class Angular(Depth):
 
     motion: Literal["approach", "recession"]
     """Whether the stimulus moves towards the camera or away from it."""
-    angles_deg: Several[AngleDeg] = (-30.0, -15.0, 0.0, 15.0, 30.0)
+    angles_deg: Several[Annotated[float, Field(ge=-60.0, le=60.0), unit("degrees")]] = (-30.0, -15.0, 0.0, 15.0, 30.0)
     """Angle of the path to the optical axis, negative on the robot's left."""
 
     def conditions(self) -> tuple[Condition, ...]:
@@ -340,7 +334,7 @@ class Crossings(Placed):
 class Contrast(Crossings):
     """Crossings by shells of several greys, before the same wall."""
 
-    shell_greys: Several[Share] = (0.02, 0.2, 0.4, 0.6, 0.8, 1.0)
+    shell_greys: Several[Annotated[float, Field(ge=0.0, le=1.0)]] = (0.02, 0.2, 0.4, 0.6, 0.8, 1.0)
     """Reflectance of the stimulus's shell."""
 
     def conditions(self) -> tuple[Condition, ...]:
@@ -358,7 +352,7 @@ class Contrast(Crossings):
 class Clutter(Crossings):
     """Crossings before walls of several contrasts."""
 
-    wall_contrasts: Several[WallContrast] = (0.0, 0.5, 1.0, 2.0, 4.0)
+    wall_contrasts: Several[Annotated[float, Field(ge=0.0, le=4.0)]] = (0.0, 0.5, 1.0, 2.0, 4.0)
     """Contrast of the wall's texture; 1: as the arena has it."""
 
     def conditions(self) -> tuple[Condition, ...]:
@@ -376,9 +370,9 @@ class Clutter(Crossings):
 class Egomotion(Crossings):
     """Crossings while the observer itself turns or drives; in mid-crossing it is where it stands otherwise."""
 
-    turns_deg_s: Several[TurnDegS] = (-5.0, -2.5, 0.0, 2.5, 5.0)
+    turns_deg_s: Several[Annotated[float, Field(ge=-30.0, le=30.0), unit("degrees/s")]] = (-5.0, -2.5, 0.0, 2.5, 5.0)
     """Turning of the observer, left positive."""
-    drives_cm_s: tuple[DriveCmS, ...] = (-1.0, 1.0)
+    drives_cm_s: tuple[Annotated[float, Field(ge=-5.0, le=5.0), unit("cm/s")], ...] = (-1.0, 1.0)
     """Driving of the observer where it does not turn, forward positive."""
 
     def conditions(self) -> tuple[Condition, ...]:

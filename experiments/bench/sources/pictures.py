@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from pathlib import Path
 
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.user_code import sha256
 
 DIGITS = 20
 """Numbers in names are compared as if they had as many digits: 2 before 10."""
@@ -24,7 +24,7 @@ def picture(pictures: Pictures, replicate: int) -> str:
 
 def digests(pictures: Pictures) -> list[str]:
     """Return what ``run.json`` has of pictures: each name with its SHA-256. Where one has changed, no run resumes."""
-    return [f"{Path(path).name} {hashlib.sha256(Path(path).read_bytes()).hexdigest()}" for path in pictures]
+    return [f"{Path(path).name} {sha256(Path(path))}" for path in pictures]
 
 
 def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
@@ -34,14 +34,11 @@ def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
     """
     from dsnn.pictures import read_picture  # not before: OpenCV takes its time to load
 
-    place = Path(folder)
     option = f"--pictures {folder}"
-    if not place.is_dir():
-        raise UsageError(f"{option}: {'not a folder' if place.exists() else 'there is no such folder'}")
     try:
-        paths = [path.resolve() for path in place.iterdir() if not path.name.startswith(".")]
+        paths = [path.resolve() for path in Path(folder).iterdir() if not path.name.startswith(".")]
     except OSError as error:
-        raise UsageError(f"{option}: cannot be read ({error.strerror})") from None
+        raise UsageError(f"{option}: {error.strerror}") from None
     paths.sort(key=by_number)
     if not paths:
         raise UsageError(f"{option}: must hold one picture or more (PNG, JPEG, TIFF or BMP)")

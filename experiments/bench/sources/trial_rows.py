@@ -22,7 +22,6 @@ import numpy.typing as npt
 import polars as pl
 
 from colias_sim.config import CameraConfig
-from dsnn.model import SPIKING
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.rows import COUNTS, FRAME, JOB, PEAKS, RESPONSES, columns_of, is_imported, peaks
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
@@ -173,8 +172,7 @@ def responses(model: ConfiguredModel, frames: pl.DataFrame, parts: Windows, fps:
     dict of str to float, int or None
         Rates, peaks and troughs of the whole trial; counts and mean HS in its parts, ``None`` of a part it lacks.
     """
-    counted = model.counted if model.counted in SPIKING and model.threshold is not None else ""
-    spikes = np.abs(frames[f"{counted}_spikes"].to_numpy()) if counted else None
+    spikes = None if model.threshold is None else np.abs(frames[f"{model.counted}_spikes"].to_numpy())
     hs = frames["hs"].to_numpy()
 
     def count(part: str) -> int | None:

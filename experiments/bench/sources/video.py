@@ -127,7 +127,7 @@ class VideoSource:
         if path.is_dir():
             files = sorted((one for one in path.iterdir() if not one.name.startswith(".")), key=by_number)
             self.count = len(files)
-            return _of_pictures(files)
+            return _readable((n / USUAL_FPS, read_picture(file), NOTHING) for n, file in enumerate(files))
         if not path.exists():
             raise UsageError(f"{self.name}: no such file, folder or stimulus (a camera is given by its index)")
         try:
@@ -136,7 +136,7 @@ class VideoSource:
             raise UsageError(str(error)) from None
         self.rate = self.film.fps
         self.count = round(self.film.length_s * self.rate) or None if self.rate else None
-        return _of_film(self.film)
+        return _readable((time_s, image, NOTHING) for time_s, image in self.film)
 
     def open(self, seed: int) -> VideoSource:
         """Return itself, as the source of its only trial: neither a camera nor a stream can be opened twice."""
@@ -210,21 +210,12 @@ def _of_camera(capture: cv2.VideoCapture) -> Iterator[Reading]:
         capture.release()
 
 
-def _of_film(film: Video) -> Iterator[Reading]:
-    """Yield the frames of a film."""
+def _readable(readings: Iterator[Reading]) -> Iterator[Reading]:
+    """Yield the frames of files; `UsageError` where one cannot be decoded."""
     try:
-        yield from ((time_s, image, NOTHING) for time_s, image in film)
+        yield from readings
     except ValueError as error:
         raise UsageError(str(error)) from None
-
-
-def _of_pictures(files: list[Path]) -> Iterator[Reading]:
-    """Yield pictures, 30 a second."""
-    for number, file in enumerate(files):
-        try:
-            yield number / USUAL_FPS, read_picture(file), NOTHING
-        except ValueError as error:
-            raise UsageError(str(error)) from None
 
 
 def resized(image: Image, size: tuple[int, int]) -> Image:

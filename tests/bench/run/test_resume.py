@@ -76,7 +76,7 @@ def test_other_parameters_are_refused_and_named(colias, out):
         assert (done.returncode, done.stderr.count("\n")) == (2, 1) and says in done.stderr, done.stderr
     for command in (("run", "distance"), ("tune",), ("behave", "still")):
         done = colias(*command, "--out", "out", "--workers", "0")
-        assert done.returncode == 2 and 'experiment is "speed" there and ' in done.stderr, done.stderr
+        assert done.returncode == 2 and "experiment is 'speed' there and " in done.stderr, done.stderr
 
 
 def test_a_finished_run_is_complete_and_a_run_that_is_written_is_left_alone(colias, out):
