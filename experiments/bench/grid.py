@@ -8,7 +8,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.settings import collect, names
+from experiments.bench.run.models import names
+from experiments.bench.run.settings import collect
 
 Levels = Mapping[str, tuple[str, ...]]
 """Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""

@@ -35,7 +35,8 @@ def find(name: str) -> Experiment | OfflineExperiment:
     known = (*NAMES, *OFFLINE)
     if name in known:
         if name in NAMES:
-            experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
+            module = importlib.import_module(f"experiments.{name.replace('-', '_')}")
+            experiment: Experiment | OfflineExperiment = module.EXPERIMENT
         else:
             experiment = next(entry for entry in importlib.import_module("experiments.clips").EXPERIMENTS
                               if entry.name == name)  # fmt: skip
@@ -44,8 +45,6 @@ def find(name: str) -> Experiment | OfflineExperiment:
     else:
         near = nearest(name, known, " (", ")")
         raise UsageError(f"unknown experiment '{name}'{near}; colias list experiments names all; a .py file is one too")
-    if not isinstance(experiment, Experiment | OfflineExperiment):
-        raise UsageError(f"{name}: EXPERIMENT is a {type(experiment).__name__}, expected an Experiment")
     check_claims(experiment, name)
     return experiment
 
@@ -62,11 +61,9 @@ def paper_experiments() -> tuple[str, ...]:
     return tuple(name for name in NAMES if any(isinstance(claim, str) for claim in load(name).claims))
 
 
-def _of_file(path: Path) -> object:
+def _of_file(path: Path) -> Experiment | OfflineExperiment:
     """Return what a user's file declares, with the file's path; a relative path of a model starts at its folder."""
-    experiment = declared(path, "EXPERIMENT")
-    if not isinstance(experiment, Experiment | OfflineExperiment):
-        return experiment
+    experiment: Experiment | OfflineExperiment = declared(path, "EXPERIMENT", Experiment, OfflineExperiment)
     models = tuple(beside(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models))
     if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
         arena = path.resolve().parent / experiment.arena

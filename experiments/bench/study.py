@@ -185,8 +185,7 @@ def called(name: str) -> Study | None:
     path = Path(name)
     if not declares(path, "STUDY"):
         return None
-    study: Any = declared(path, "STUDY")
-    assert isinstance(study, Study), f"{path}: STUDY must be an experiments.Study"
+    study: Study = declared(path, "STUDY", Study)
     models = tuple(beside(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
     folder = path.resolve().parent
     experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)

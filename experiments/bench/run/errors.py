@@ -32,11 +32,13 @@ def check_name(what: str, name: object) -> None:
         raise ValueError(f"{what} {short(name)}: a name must be up to 60 letters, digits, ., - and _")
 
 
-def check_declared(name: Any, repeats: Any) -> None:
-    """Raise ``ValueError`` for a name or repeats that an experiment cannot have."""
+def check_declared(name: Any, repeats: Any, models: Any) -> None:
+    """Raise ``ValueError`` for a name, repeats or models that an experiment cannot have."""
     check_name("experiment", name)
     if not isinstance(repeats, int) or repeats < 1:
         raise ValueError(f"experiment {name}: repeats must be a whole number of 1 or more, got {short(repeats)}")
+    if isinstance(models, str) or not models:
+        raise ValueError(f"experiment {name}: models must be a tuple of one name or more, got {short(models)}")
 
 
 def short(value: Any) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -128,9 +128,7 @@ def load_model(source: str) -> ModelEntry:
             return model_entry(source)
         except ValueError as error:
             raise UsageError(f"--model {source}: {error}, or a .py file") from None
-    entry = declared(Path(source), "MODEL")
-    if not isinstance(entry, ModelEntry):
-        raise UsageError(f"{source}: MODEL is a {type(entry).__name__}, expected a dsnn.ModelEntry")
+    entry: ModelEntry = declared(Path(source), "MODEL", ModelEntry)
     return entry
 
 
@@ -223,6 +221,19 @@ def beside(declaring: Path, text: str, where: str) -> str:
     return f"{path}{text.removeprefix(source)}"
 
 
+def presets(value: Any) -> Mapping[str, Any]:
+    """Return the presets of the class of some parameters, by name; empty where it has none."""
+    named: Mapping[str, Any] = getattr(type(value), "presets", dict)()
+    return named
+
+
+def names(value: Any) -> Iterator[str]:
+    """Yield the names of what ``--set`` can change of some parameters."""
+    yield from (field.name for field in dataclasses.fields(value))
+    if presets(value):
+        yield PRESET
+
+
 def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") -> list[ConfiguredModel]:
     """Return the models called ``texts``, with their default parameters for these tests.
 
@@ -233,9 +244,7 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
     for text in texts:
         source, values = ask(text)
         chosen = dataclasses.replace(choose(source, tests), text=text)
-        known = [field.name for field in dataclasses.fields(chosen.network)]
-        if hasattr(type(chosen.network), "presets"):
-            known.append(PRESET)
+        known = list(names(chosen.network))
         for name in values:
             if name not in known:
                 listed = f"{nearest(name, known, after='; ')}all: colias list parameters --only --model {source}"
@@ -254,7 +263,7 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
 def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
     """Return the section of each model: its family's name, or its own if another of the family has other parameters."""
     kinds: dict[str, type] = {}
-    names = []
+    found = []
     for model in chosen:
         section = model.declared.name  # a sweep's labels do not begin with it
         kind = type(model.network)
@@ -263,8 +272,8 @@ def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
             name = section
         if name in ("robot", "camera", "scene", "experiment"):
             raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
-        names.append(name)
-    return names
+        found.append(name)
+    return found
 
 
 def model_texts(models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> list[str]:

@@ -133,16 +133,12 @@ def digest() -> str:
     """SHA-256 over names and contents of the packages' files, in sorted order; computed once a process."""
     whole = hashlib.sha256()
     for package, folder in sorted(package_folders().items()):
-        for name, file in sorted((file.relative_to(folder).as_posix(), file) for file in _computing(folder)):
-            whole.update(f"{package}/{name} {sha256(file)}\n".encode())
+        for file in sorted(folder.rglob("*")):
+            path = file.relative_to(folder)
+            hidden = any(part.startswith(".") or part == "__pycache__" for part in path.parts)
+            if not hidden and not file.name.endswith((*SHOWS, "~")) and file.is_file():
+                whole.update(f"{package}/{path.as_posix()} {sha256(file)}\n".encode())
     return whole.hexdigest()
-
-
-def _computing(folder: Path) -> Iterator[Path]:
-    for file in folder.rglob("*"):
-        hidden = any(part.startswith(".") or part == "__pycache__" for part in file.relative_to(folder).parts)
-        if not hidden and not file.name.endswith((*SHOWS, "~")) and file.is_file():
-            yield file
 
 
 @functools.cache

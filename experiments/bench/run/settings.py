@@ -14,7 +14,7 @@ from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import PRESET as PRESET
-from experiments.bench.run.models import ConfiguredModel, ask, family, look_up
+from experiments.bench.run.models import ConfiguredModel, ask, family, look_up, names, presets
 from scenes.hints import nearest
 
 SECTIONS = frozenset(map(family, MODELS))
@@ -105,8 +105,10 @@ def changed(
     ``typed`` is how a name and its text were typed, where that was not by ``--set``.
     """
     say = typed or (lambda name, text: f"--set {section}.{name}={text}")
-    if PRESET in changes and _presets(value):
-        value = _preset(value, changes[PRESET], say)
+    if PRESET in changes and (known := presets(value)):
+        if (chosen := changes[PRESET]) not in known:
+            raise UsageError(f"{say(PRESET, chosen)}: {PRESET} must be one of {', '.join(known)}, got {chosen}")
+        value = known[chosen]
         changes = {name: text for name, text in changes.items() if name != PRESET}
     if not changes:
         return value
@@ -126,25 +128,6 @@ def changed(
             reason = f"{name} must be {legal}, got {given}"
         where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
-
-
-def _presets(value: Any) -> Mapping[str, Any]:
-    """Return the presets of a value's class, by name; empty where it has none."""
-    presets: Mapping[str, Any] = getattr(type(value), "presets", dict)()
-    return presets
-
-
-def _preset(value: Any, name: str, say: Callable[[str, str], str]) -> Any:
-    if name not in _presets(value):
-        raise UsageError(f"{say(PRESET, name)}: {PRESET} must be one of {', '.join(_presets(value))}, got {name}")
-    return _presets(value)[name]
-
-
-def names(value: Any) -> Iterator[str]:
-    """Yield the names of what ``--set`` can change of ``value``."""
-    yield from (field.name for field in dataclasses.fields(value))
-    if _presets(value):
-        yield PRESET
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> Any:
@@ -197,7 +180,7 @@ def schema_of(value: Any, name: str) -> Mapping[str, Any]:
         As pydantic makes it; of an optional value, the schema of the value.
     """
     if name == PRESET:
-        return {"enum": list(_presets(value))}
+        return {"enum": list(presets(value))}
     schema = _properties(value.__class__)[name]
     return dict(schema["anyOf"][0]) if "anyOf" in schema else schema
 
@@ -230,12 +213,12 @@ def described(values: Mapping[str, Any]) -> Iterator[dict[str, str]]:
         (empty where only a validator knows them); ``unit``; ``description``.
     """
     for section, value in values.items():
-        if _presets(value):
+        if presets(value):
             words = f"named set of values for several parameters of {section}; a parameter that is set too wins"
             summaries = value.preset_summaries() if hasattr(value, "preset_summaries") else {}
             words += "".join(f"; {name}: {summary}" for name, summary in summaries.items())
-            now = next((name for name, preset in _presets(value).items() if preset == value), "")
-            legal = ", ".join(_presets(value))
+            now = next((name for name, preset in presets(value).items() if preset == value), "")
+            legal = ", ".join(presets(value))
             yield {"key": f"{section}.{PRESET}", "value": now, "legal": legal, "unit": "", "description": words}
         properties = _properties(value.__class__)
         for field in dataclasses.fields(value):

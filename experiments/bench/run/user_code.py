@@ -13,6 +13,7 @@ import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType, ModuleType
+from typing import Any
 
 from experiments.bench.run.errors import UsageError
 
@@ -46,8 +47,8 @@ def is_own(source: str) -> bool:
     return is_file(source) or source.endswith(".npz")
 
 
-def declared(path: Path, name: str) -> object:
-    """Return what the file at ``path`` declares as ``name``.
+def declared(path: Path, name: str, *kinds: type) -> Any:
+    """Return what the file at ``path`` declares as ``name``, an object of one of the ``kinds``.
 
     A file is executed once in a process, and again when it, or a module of its folder that it imports, has changed.
     Its folder comes first on ``sys.path``, as a script's does.
@@ -55,7 +56,7 @@ def declared(path: Path, name: str) -> object:
     Raises
     ------
     UsageError
-        There is no such file, or it declares no such name.
+        There is no such file, or it declares no such name, or something else by it.
     Exception
         Whatever the file raises.
     """
@@ -63,7 +64,11 @@ def declared(path: Path, name: str) -> object:
     if not hasattr(module, name):
         others = [f", but {other}, which is for {use}" for other, use in _COMMANDS.items() if hasattr(module, other)]
         raise UsageError(f"{path}: declares no {name}{''.join(others[:1])}")
-    return getattr(module, name)
+    value = getattr(module, name)
+    if kinds and not isinstance(value, kinds):
+        expected = " or ".join(kind.__name__ for kind in kinds)
+        raise UsageError(f"{path}: {name} is a {type(value).__name__}, expected {expected}")
+    return value
 
 
 def declares(path: Path, name: str) -> bool:

@@ -143,7 +143,7 @@ class Clip:
 
 
 def _rebuilt(name: str, file: str, attribute: str, changes: Iterable[tuple[str, Any]], jitter_px: float) -> Clip:
-    return Clip(name, stimulus_of_file(Path(file), attribute), changes, jitter_px)
+    return Clip(name, declared(Path(file), attribute, StimulusEntry), changes, jitter_px)
 
 
 SHOWN: Mapping[str, type] = {
@@ -383,14 +383,12 @@ class OfflineExperiment:
     file: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        check_declared(self.name, self.repeats)
+        check_declared(self.name, self.repeats, self.models)
         check_claims(self.name, self.claims)
-        if isinstance(self.models, str):
-            raise ValueError(f"experiment {self.name}: models must be a tuple of names, got {self.models!r}")
         object.__setattr__(self, "clips", tuple(self.clips))  # a list, or what a generator yields, does as well
         object.__setattr__(self, "models", tuple(self.models))
-        if not self.clips or not self.models:
-            raise ValueError(f"experiment {self.name}: it needs clips and models")
+        if not self.clips:
+            raise ValueError(f"experiment {self.name}: it needs clips")
         for index, clip in enumerate(self.clips):
             if not isinstance(clip, Clip):
                 raise ValueError(f"experiment {self.name}: clips[{index}] must be a Clip, got {clip!r}")
@@ -474,19 +472,12 @@ def find_stimulus(source: str) -> StimulusEntry:
         The name is not known, or the file cannot be read, or declares no `dsnn.stimuli.StimulusEntry`.
     """
     if is_file(source):
-        return stimulus_of_file(Path(source), "STIMULUS")
+        entry: StimulusEntry = declared(Path(source), "STIMULUS", StimulusEntry)
+        return entry
     try:
         return stimulus_entry(source)
     except ValueError as error:
         raise UsageError(f"{error}, or a .py file") from None
-
-
-def stimulus_of_file(path: Path, name: str) -> StimulusEntry:
-    """Return the stimulus that a user's file declares as ``name``; `UsageError` where it declares none."""
-    entry = declared(path, name)
-    if not isinstance(entry, StimulusEntry):
-        raise UsageError(f"{path}: {name} is a {type(entry).__name__}, expected a dsnn.stimuli.StimulusEntry")
-    return entry
 
 
 def place_of(entry: StimulusEntry) -> tuple[str, str] | None:

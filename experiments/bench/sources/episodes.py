@@ -47,7 +47,6 @@ STEPS = FRAMES | pl.Schema(
     | dict.fromkeys(("sim_time_s", "x_cm", "y_cm", "heading_deg", "left_wheel", "right_wheel", "reward"), float)
 )
 """Columns of ``frames.parquet``: a row per frame of an episode; responses are null where nothing is seen."""
-JPEG_QUALITY = 85
 WHEELS = "world/observer/wheels"
 
 Place = tuple[float, float, float]
@@ -85,9 +84,7 @@ def load_behaviour(source: str) -> Behaviour:
             near = nearest(source, known, " (", ")")
             raise UsageError(f"no behaviour '{source}'{near}: known are {', '.join(known)}")
         return BEHAVIOURS[source]
-    entry = declared(Path(source), "BEHAVIOUR")
-    if not isinstance(entry, Behaviour):
-        raise UsageError(f"{source}: BEHAVIOUR is a {type(entry).__name__}, expected a Behaviour")
+    entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
     return dataclasses.replace(entry, model=beside(Path(source), entry.model, "BEHAVIOUR.model"))
 
@@ -275,7 +272,7 @@ def record(episode: Episode, title: str = "") -> bytes:
     )  # fmt: skip
     frames = rerun.Frames(
         episode.time_s, np.arange(len(episode.rewards)), responses,
-        {"": rerun.jpegs(episode.images, JPEG_QUALITY)} if camera else {},
+        {"": rerun.jpegs(episode.images)} if camera else {},
         {robot: np.array(way) for robot, way in episode.poses.items()}, plots=plots,
     )  # fmt: skip
     identity = None if title else f"{name}-{env}-{episode.seed}"

@@ -104,11 +104,9 @@ class Experiment:
     file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        check_declared(self.name, self.repeats)
+        check_declared(self.name, self.repeats, self.models)
         check_claims(self.name, self.claims)
         where = f"experiment {self.name}"
-        if isinstance(self.models, str) or not self.models:
-            raise ValueError(f"{where}: models must be a tuple of one name or more, got {short(self.models)}")
         object.__setattr__(self, "models", tuple(self.models))
         if self.figure not in get_args(Drawing):
             raise ValueError(f"{where}: figure must be one of {', '.join(get_args(Drawing))}, got {short(self.figure)}")

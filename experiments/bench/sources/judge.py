@@ -259,10 +259,8 @@ def flaws(rows: Rows) -> str:
     speeds = [row for row in rows if is_number(row["achieved_speed_cm_s"])]
     off = [abs(row["achieved_speed_cm_s"] / row["speed_cm_s"] - 1) for row in speeds]
     astray = [row["path_error_mm"] for row in rows if is_number(row["path_error_mm"])]
-    if any(error > SPEED_TOLERANCE for error in off):
-        count = sum(error > SPEED_TOLERANCE for error in off)
-        problems.append(f"{count} of {len(rows)} trials were off the commanded speed, by up to {max(off):.0%}")
-    if any(error > PATH_TOLERANCE_MM for error in astray):
-        count = sum(error > PATH_TOLERANCE_MM for error in astray)
-        problems.append(f"{count} of {len(rows)} trials left their path, by up to {max(astray):.1f} mm")
+    if over := [error for error in off if error > SPEED_TOLERANCE]:
+        problems.append(f"{len(over)} of {len(rows)} trials were off the commanded speed, by up to {max(over):.0%}")
+    if over := [error for error in astray if error > PATH_TOLERANCE_MM]:
+        problems.append(f"{len(over)} of {len(rows)} trials left their path, by up to {max(over):.1f} mm")
     return "; ".join(problems)

@@ -263,38 +263,36 @@ class Drive:
     """Commands all robots over a trial, and says when it is over."""
 
     def __init__(self, sim: Simulation, course: Course) -> None:
-        self._sim = sim
-        stimulus = sim.robots["stimulus"]
-        self._stimulus = _driver(stimulus, course["stimulus"])
-        self._others = {
+        self._sim, self.over = sim, False
+        self._drivers = {
             name: (sim.robots[name], _driver(sim.robots[name], script))
             for name, script in course.items()
-            if name != "stimulus" and any(stretch.moves or stretch.rate for stretch in script.route.stretches)
+            if any(stretch.moves or stretch.rate for stretch in script.route.stretches)
         }
-        by_time = self._stimulus if isinstance(self._stimulus, OpenLoop) else None
-        self._ends = stimulus.begins() + by_time.seconds if by_time else None
-        self.over = False
+        stimulus, driver = self._drivers["stimulus"]
+        self._ends = stimulus.begins() + driver.seconds if isinstance(driver, OpenLoop) else None
 
     def __call__(self, dt: float) -> None:
         """Command the wheels for the next ``dt`` seconds."""
-        _command(self._sim.robots["stimulus"], self._stimulus, dt)
-        for robot, driver in self._others.values():
-            _command(robot, driver, dt)
+        for robot, driver in self._drivers.values():
+            if isinstance(driver, OpenLoop):
+                driver.drive(dt)
+            else:
+                robot.drive(driver.wheels(dt))
 
     def look(self) -> None:
         """Note once a frame whether the trial is over: the stimulus passed the end or rested there, or its time is up.
 
         Raises `TrialError` where another robot is far off its path.
         """
-        if isinstance(self._stimulus, PathFollower):
-            self._stimulus.look()
-            self.over = self._stimulus.over
-        elif self._ends is not None:
+        if self._ends is not None:
             self.over = float(self._sim.data.time) >= self._ends - 1e-9
-        for name, (_, driver) in self._others.items():
+        for name, (_, driver) in self._drivers.items():
             if isinstance(driver, PathFollower):
                 driver.look()
-                if abs(driver.offset) > ASTRAY_M:
+                if name == "stimulus":
+                    self.over = driver.over
+                elif abs(driver.offset) > ASTRAY_M:
                     raise TrialError(f"{name} is {100 * abs(driver.offset):.1f} cm off its path: it met another robot")
 
 
@@ -302,13 +300,6 @@ def _driver(robot: Robot, script: Schedule) -> PathFollower | OpenLoop:
     if robot.config.open_loop or math.isinf(script.acceleration):
         return OpenLoop(robot, script)
     return PathFollower(robot, script.route, acceleration=script.acceleration)
-
-
-def _command(robot: Robot, driver: PathFollower | OpenLoop, dt: float) -> None:
-    if isinstance(driver, OpenLoop):
-        driver.drive(dt)
-    else:
-        robot.drive(driver.wheels(dt))
 
 
 class HandDrive:
