@@ -13,6 +13,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.sources.course import nominal
 from experiments.bench.trials import plan
 from tests.helpers.played import Played
+from tests.helpers.recordings import columns
 
 
 def written(folder, body, name="own.xml"):
@@ -78,3 +79,16 @@ def test_a_recording_draws_the_obstacles(tmp_path):
     assert not reels[0].obstacles
     (outline,) = reels[1].obstacles
     np.testing.assert_allclose(np.hypot(outline[:, 0] - 20.0, outline[:, 1]), 1.0, atol=0.01)
+
+
+def test_a_recording_draws_the_shell_as_the_condition_of_its_trial_sets_it(tmp_path):
+    """As it draws one that is set for the whole scene, before which the condition goes."""
+
+    def colours(experiment, *settings):
+        path = tmp_path / "trial.rrd"
+        path.write_bytes(Played(plan(registry.load(experiment), ("dsnn",), settings, 1, 0).specs[0]).recording)
+        return columns(path, static=True)["/world/stimulus"]["colors"]
+
+    by_condition = colours("contrast", "experiment.shell_greys=0.7", "scene.shell_grey=0.3")
+    dark, light = (colours("speed", "experiment.speeds_cm_s=30", f"scene.shell_grey={grey}") for grey in (0.3, 0.7))
+    assert by_condition == light != dark
