@@ -70,6 +70,22 @@ def test_a_parameter_changes_the_answer_and_comes_back():
     assert any(hs(session, 70, "hs_spikes"))
 
 
+def test_a_changed_parameter_leaves_those_that_were_changed_before():
+    """So the model answers as one that was built with all of them, in whatever order they were changed."""
+
+    def answers(model: str, *changes: tuple[str, str]) -> list[tuple[float, int]]:
+        session = Session([model])
+        for name, text in changes:
+            session.change(model, name, text)
+        session.drive("stimulus", 1.0)
+        return [(one.hs, one.hs_spikes) for _ in range(75) if session.step() and (one := session.responses[model])]
+
+    one, other = ("w_i", "0.3"), ("t_sp", "0.05")
+    built = answers("dsnn:w_i=0.3,t_sp=0.05")
+    assert answers("dsnn", one, other) == answers("dsnn", other, one) == built
+    assert built not in (answers("dsnn", one), answers("dsnn", other))
+
+
 @pytest.mark.parametrize(
     "refused",
     [
