@@ -191,6 +191,16 @@ def test_a_replicate_with_a_trial_missing_is_not_whole():
     assert part["C16"] == whole["C16"]
 
 
+@pytest.mark.parametrize("experiment", ["general", "angular-approach", "angular-recession"])
+def test_c13_is_not_judged_where_any_experiment_that_it_pools_lost_a_trial(experiment):
+    """The others are not the design, whichever of its experiments answers for it."""
+    cases, rows = planned_rows(1)
+    lost = next(row for row in rows if row["experiment"] == experiment and row["model"] == "dsnn")
+    kept = [row for row in rows if row is not lost]
+    (c13,) = [claim for claim in reproduce.verdicts(every(cases, kept), []) if claim.id == "C13"]
+    assert c13.outcome.verdict == "not shown"
+
+
 @pytest.mark.parametrize(("failing", "lost"), [("lgmd1", "lgmd2"), ("lgmd2", "lgmd1")])
 def test_a_detector_that_fails_fails_the_claim_of_both_whatever_became_of_the_other(failing, lost):
     cases, rows = planned_rows(1)
