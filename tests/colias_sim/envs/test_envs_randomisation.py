@@ -130,7 +130,7 @@ def test_latency_delays_what_the_wheels_are_told():
     """By the nearest number of control intervals, of which a frame has two; within that frame the robot turns."""
     env = bare(OPTOMOTOR, observation="state")
     interval_ms = 1000 / 60
-    for intervals in (0.0, 0.4, 0.6, 3.0, 6.0):
+    for intervals in (0.0, 0.4, 0.6, 1.4, 1.6, 3.0, 6.0):
         env.reset(seed=0, options={"latency_ms": intervals * interval_ms})
         turning = [abs(env.step([-0.3, 0.3])[-1]["turn_deg_s"]) > 20.0 for _ in range(8)]
         assert turning.index(True) == round(intervals) // 2
