@@ -157,6 +157,28 @@ def test_a_figure_has_a_dot_for_every_score(kind):
     assert sorted(np.concatenate(dots)) == pytest.approx(sorted(scores[np.isfinite(scores)]))
 
 
+def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_model():
+    """Every measure is lacking in one of three models, whose row stays blank there and keeps its place."""
+    columns = {"model": ["first", "second", "third"]}
+    for place, name in enumerate(board.LABELS):
+        values = [None if (row + place) % 3 == 0 else 0.1 + 0.2 * row + 0.01 * place for row in range(3)]
+        for end, far in (("", 0.0), ("_low", -0.03), ("_high", 0.05)):
+            columns[name + end] = [value and value + far for value in values]
+        columns[f"{name}_n"] = [value and 9 for value in values]
+    given = pl.DataFrame(columns)
+    figure = scoreboard.draw(given, board.LABELS, {}, "", "")
+    rows = {tick.get_position()[1]: tick.get_text() for tick in figure.axes[0].get_yticklabels()}
+    drawn = {" ".join(axes.get_title("left").split()[1:]): axes for axes in figure.axes if axes.lines}
+    assert drawn.keys() == set(board.LABELS.values())
+    for name, label in board.LABELS.items():
+        (dots,) = [line for line in drawn[label].lines if line.get_marker() == "o"]
+        (whiskers,) = drawn[label].collections
+        known = given.select("model", name, f"{name}_low", f"{name}_high").drop_nulls().rows()
+        assert [rows[y] for y in dots.get_ydata()] == [model for model, *_ in known], name
+        ends = [segment[:, 0] for segment in whiskers.get_segments()]
+        np.testing.assert_allclose(np.column_stack([dots.get_xdata(), ends]), [one[1:] for one in known], err_msg=name)
+
+
 @pytest.fixture
 def few(monkeypatch):
     """A board of two robot trials and a few clips, without timing."""
