@@ -32,8 +32,6 @@ from experiments.bench.sweep_plan import planned as planned_sweep
 
 __all__ = ["Claim", "fit", "perform", "planned", "run", "sweep"]
 
-ONE_EYE, BOTH_EYES = "one", "both"
-
 
 def planned(
     experiment: Experiment | OfflineExperiment,
@@ -43,7 +41,7 @@ def planned(
     settings: Sequence[str] = (),
     repeats: int | None = None,
     seed: int = 0,
-    eyes: str = ONE_EYE,
+    eyes: str = "one",
     pictures: Pictures | None = None,
 ) -> Batch[Any]:
     """Check what is asked for, and list its trials or clips; nothing is written.
@@ -64,16 +62,16 @@ def planned(
     UsageError
         It cannot be run so.
     """
-    if eyes not in (ONE_EYE, BOTH_EYES):
-        raise UsageError(f"--eyes must be {ONE_EYE} or {BOTH_EYES}, got {eyes}")
+    if eyes not in ("one", "both"):
+        raise UsageError(f"--eyes must be one or both, got {eyes}")
     shown = shown_models(experiment.models, models, only)
     if isinstance(experiment, OfflineExperiment):
-        if eyes == BOTH_EYES:
-            raise UsageError(f"--eyes {BOTH_EYES}: {experiment.name} shows clips, which no camera sees")
+        if eyes == "both":
+            raise UsageError(f"--eyes both: {experiment.name} shows clips, which no camera sees")
         if pictures and not any(clip.takes_scene() for clip in experiment.clips):
             raise UsageError(f"--pictures: no clip of {experiment.name} has a background to show them")
         return offline.plan(experiment, shown, settings, repeats, seed, pictures)
-    return trials.plan(experiment, shown, settings, repeats, seed, pictures, both=eyes == BOTH_EYES)
+    return trials.plan(experiment, shown, settings, repeats, seed, pictures, both=eyes == "both")
 
 
 def perform(
@@ -109,7 +107,7 @@ def run(
     *,
     seed: int = 0,
     repeats: int | None = None,
-    eyes: str = ONE_EYE,
+    eyes: str = "one",
     models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
     only: bool = False,
     settings: Mapping[str, Any] | None = None,

@@ -69,14 +69,13 @@ def compare(
     codes = [run.description.get("code") for run in (one, other)]
     if codes[0] != codes[1]:
         found.append(("code", codes[0], codes[1]))
-    texts = [{"parameter": name, "first": json.dumps(here), "second": json.dumps(there)} for name, here, there in found]
+    texts = [(name, json.dumps(here), json.dumps(there)) for name, here, there in found]
+    parameters = pl.DataFrame(texts, dict.fromkeys(("parameter", "first", "second"), pl.String), orient="row")
     columns, kinds = (CLIP_COLUMNS, TRIALS) if one.kind == "clips" else (CONDITION_COLUMNS, TRIAL_SCHEMA)
     results = _results(one, other, columns) if one.kind in ("clips", "trials", "measured") else []
     for row, p in zip(results, holm([row["p"] for row in results]), strict=True):
         row["p_holm"] = p
-    return table(texts, dict.fromkeys(("parameter", "first", "second"), str)), table(
-        results, pl.Schema({name: kinds[name] for name in columns}) | TESTED
-    )
+    return parameters, table(results, pl.Schema({name: kinds[name] for name in columns}) | TESTED)
 
 
 def _results(one: Run, other: Run, columns: Sequence[str]) -> list[dict[str, Any]]:

@@ -212,16 +212,6 @@ def scored(results: pl.DataFrame) -> pl.DataFrame:
     return totals.join(wide, "setting", maintain_order="left").join(means, "setting", maintain_order="left")
 
 
-def best_of(table: pl.DataFrame) -> list[int]:
-    """Return the numbers of the winner and the next best: where all claims are kept first, then by the slack.
-
-    ``table`` has a row for each setting, with the columns of `scored`.
-    """
-    order = [pl.col("kept") == pl.col("claims"), LEAST, MEAN]
-    ranked = table.sort(order, descending=True, maintain_order=True)
-    return ranked["number"].head(NEXT_BEST + 1).to_list()
-
-
 def with_all(results: pl.DataFrame) -> pl.DataFrame:
     """Put those of all claims together, called ``all``, before the results of several: the least slack, the verdict."""
     if results["name"].n_unique() < 2:
@@ -338,7 +328,9 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
             searched = pl.concat([searched, results.with_columns(pl.col("setting") + len(settings))])
             settings += shown
         found = table("search", settings, searched)
-        best = best_of(found)
+        # The winner and the next best: first where all claims are kept, then by the slack.
+        ranked = found.sort(pl.col("kept") == pl.col("claims"), LEAST, MEAN, descending=True, maintain_order=True)
+        best = ranked["number"].head(NEXT_BEST + 1).to_list()
         anew = play(
             f"held-out-{len(settings)}", [settings[place] for place in best], seed + TEST, fit.held_out, again=True
         )

@@ -91,7 +91,7 @@ BEHIND = {
     "grey": 40.0, "background_grey": 127.5, "background": "grating", "contrast": 0.4, "temporal_hz": 2.0,
 }  # fmt: skip
 JITTER_PX = 0.3
-
+GREYS = {shade: {"grey": grey, "background_grey": ground} for shade, (grey, ground) in SHADES.items()}
 
 DESIGNS: tuple[Design, ...] = (
     Translation(SPEEDS_CM_S, DISTANCES_CM, "both"),
@@ -140,11 +140,9 @@ def _rectangle(name: str, stimulus: str, motion: str, **changes: Any) -> Clip:
 
 def _direction_even() -> Iterator[Clip]:
     """Yield 24 clips: dark and light, four directions at two speeds, looming and receding in two times."""
-    for (shade, (grey, ground)), motion, speed in product(SHADES.items(), TRANSLATION, (120.0, 240.0)):
-        greys = {"grey": grey, "background_grey": ground}
+    for (shade, greys), motion, speed in product(GREYS.items(), TRANSLATION, (120.0, 240.0)):
         yield _rectangle(f"{shade} {motion} {speed:g} px/s", "plain", motion, speed=speed, **greys)
-    for (shade, (grey, ground)), motion, long_s in product(SHADES.items(), DEPTH, (1.0, 2.0)):
-        greys = {"grey": grey, "background_grey": ground}
+    for (shade, greys), motion, long_s in product(GREYS.items(), DEPTH, (1.0, 2.0)):
         yield _rectangle(f"{shade} {motion} in {long_s:g} s", "plain", motion, duration_s=long_s, **greys)
 
 
@@ -157,8 +155,7 @@ def _direction_moving() -> Iterator[Clip]:
 
 def _looming_even() -> Iterator[Clip]:
     """Yield 48 clips: dark and light squares, looming and receding ahead and off the axis, crossing at three speeds."""
-    for shade, (grey, ground) in SHADES.items():
-        greys = {"grey": grey, "background_grey": ground}
+    for shade, greys in GREYS.items():
         for motion, ratio in product(DEPTH, L_OVER_V_S):
             yield _clip(f"{shade} {motion} {ratio:g} s", "looming", greys, motion=motion, l_over_v_s=ratio)
         for motion, angle in product(DEPTH, (-20.0, 20.0)):

@@ -12,7 +12,7 @@ from experiments.bench.report.terminal import error_console
 from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
-from experiments.bench.run.parameters import Parameters, differing
+from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.rows import TrialRecord
 from experiments.bench.run.runs import Batch
@@ -25,29 +25,6 @@ from experiments.bench.stats import stored
 from experiments.bench.stats.claim import find_claim
 from experiments.bench.stats.tests import summary_rows
 from experiments.bench.stats.verdict import Outcome, Verdict
-
-
-def describe(
-    experiment: OfflineExperiment, trials: Sequence[Trial], repeats: int, seed: int, pictures: Pictures | None,
-    changed: Parameters,
-) -> dict[str, Any]:  # fmt: skip
-    """Return what ``run.json`` holds: every parameter, those ``changed`` again, the seed, and what computes."""
-    models = trials[0].models
-    clips = [trial.condition for trial in trials if not trial.repeat]
-    return {
-        "kind": "clips",
-        "experiment": experiment,
-        "repeats": repeats,
-        "seed": seed,
-        "trials": len(trials),
-        "models": models,
-        **({"changed": changed} if changed else {}),
-        THRESHOLDS: {model.label: model.thresholds for model in models},
-        **described_scenes(experiment.clips, repeats, pictures),
-        "clips": {clip.label(): clip.open(seed).stimulus.params for clip in clips},
-        "recordings": False,
-        **provenance.of((model.source for model in models), experiment),
-    }
 
 
 def is_random(experiment: OfflineExperiment) -> bool:
@@ -92,11 +69,25 @@ def plan(
     check_counts(seed, count, option)
     chosen, _ = watchers(models, assignments)
     trials, changed = experiment.trials(chosen, count, seed, pictures), differing(chosen, offline=True)
+    description = {
+        "kind": "clips",
+        "experiment": experiment,
+        "repeats": count,
+        "seed": seed,
+        "trials": len(trials),
+        "models": chosen,
+        **({"changed": changed} if changed else {}),
+        THRESHOLDS: {model.label: model.thresholds for model in chosen},
+        **described_scenes(experiment.clips, count, pictures),
+        "clips": {trial.label(): trial.condition.open(seed).stimulus.params for trial in trials if not trial.repeat},
+        "recordings": False,
+        **provenance.of((model.source for model in chosen), experiment),
+    }
     return Batch(
         name=experiment.name,
         specs=trials,
         work=partial(play_clip, frames=frames),
-        description=describe(experiment, trials, count, seed, pictures, changed),
+        description=description,
         schemas=(TRIALS, FRAMES),
         parameters=changed,
         things="clips",
@@ -125,13 +116,13 @@ def run(clips: Batch[Trial], out: Path, pool: Workers, *, recordings: bool = Fal
     """
     from experiments.bench.report import style  # not before: workers do without matplotlib
 
-    repeats, random = clips.description["repeats"], is_random(clips.description["experiment"])
-    if repeats > 1 and not pool.quiet and not random:
+    repeats = clips.description["repeats"]
+    if repeats > 1 and not pool.quiet and not is_random(clips.description["experiment"]):
         error_console.print(f"note: nothing in {clips.name} is random: its {repeats} repeats are equal")
     work, description = partial(play_clip, recordings=recordings), {**clips.description, "recordings": recordings}
     with replace(clips, work=work, description=description).run(out, pool) as folder:
         rows = folder.table("trials").to_dicts()
-        folder.write_json("claims.json", stored.document(verdicts(clips, rows, random=random)))
+        folder.write_json("claims.json", stored.document(verdicts(clips, rows)))
         shown = load(out)
         if rows:
             folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
@@ -149,9 +140,8 @@ def thresholds(clips: Batch[Trial]) -> dict[str, float | None]:
 
 
 def verdicts(
-    clips: Batch[Trial], rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None, *,
-    random: bool | None = None,
-) -> list[Verdict]:  # fmt: skip
+    clips: Batch[Trial], rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None
+) -> list[Verdict]:
     """Judge the claims of an off-line run, each at every seed. A seed is a replicate.
 
     Parameters
@@ -162,13 +152,11 @@ def verdicts(
         The run's rows.
     all_rows
         The same models' rows in other runs too: see `experiments.bench.sources.judge.judge`.
-    random
-        `is_random` of the experiment, where it is known.
     """
     experiment, lost = clips.description["experiment"], Outcome.unjudged("some of its clips failed")
     by_seed = [[row for row in rows if row["repeat"] == repeat] for repeat in range(clips.description["repeats"])]
     whole = [len({row["trial"] for row in of_seed}) == len(experiment.clips) for of_seed in by_seed]
-    spiking, random = thresholds(clips), is_random(experiment) if random is None else random
+    spiking, random = thresholds(clips), is_random(experiment)
     found = []
     for claim in (find_claim(claim, "clips") for claim in experiment.claims):
         outcomes = [

@@ -32,18 +32,16 @@ def find(name: str) -> Experiment | OfflineExperiment:
 
     Raises `UsageError` on an unknown name, and on a file that cannot be read, has an error, or declares none.
     """
-    known = (*NAMES, *OFFLINE)
-    if name in known:
-        if name in NAMES:
-            module = importlib.import_module(f"experiments.{name.replace('-', '_')}")
-            experiment: Experiment | OfflineExperiment = module.EXPERIMENT
-        else:
-            experiment = next(entry for entry in importlib.import_module("experiments.clips").EXPERIMENTS
-                              if entry.name == name)  # fmt: skip
+    experiment: Experiment | OfflineExperiment
+    if name in NAMES:
+        experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
+    elif name in OFFLINE:
+        clips = importlib.import_module("experiments.clips").EXPERIMENTS
+        experiment = next(entry for entry in clips if entry.name == name)
     elif is_file(name):
         experiment = _of_file(Path(name))
     else:
-        near = nearest(name, known, " (", ")")
+        near = nearest(name, (*NAMES, *OFFLINE), " (", ")")
         raise UsageError(f"unknown experiment '{name}'{near}; colias list experiments names all; a .py file is one too")
     check_claims(experiment, name)
     return experiment

@@ -43,17 +43,11 @@ COMPARISONS = columns_of(Condition) | {
 }  # fmt: skip
 NUMBERS = SUMMARY | COMPARISONS | {"low": float, "high": float}
 """Types of columns that can be empty in every row of a CSV file."""
-CLAIM_SCHEMA = pl.Schema(
-    {
-        **dict.fromkeys(("id", "model", "word", "count"), str),
-        **dict.fromkeys(("holds", "fails", "unjudged"), int),
-        "random": bool,
-        **dict.fromkeys(("interval_low", "interval_high"), float),
-        **dict.fromkeys(("says", "source", "experiment", "outcome", "measured", "decided", "effect"), str),
-        "n": int,
-        **dict.fromkeys(("trouble", "equal_terms", "provenance"), str),
-    }
-)
+CLAIM_COLUMNS: dict[str, Any] = {
+    "id": str, "model": str, "word": str, "count": str, "holds": int, "fails": int, "unjudged": int, "random": bool,
+    "interval_low": float, "interval_high": float, "says": str, "source": str, "experiment": str, "outcome": str,
+    "measured": str, "decided": str, "effect": str, "n": int, "trouble": str, "equal_terms": str, "provenance": str,
+}  # fmt: skip
 RUNS_COLUMNS: dict[str, Any] = {
     "run": str, "when": pl.Datetime("us", "UTC"), "experiment": str, "seed": int, "models": str, "changed": str,
     "done": int, "planned": int, "failures": int, "verdicts": str, "provenance": str, "trouble": str,
@@ -165,7 +159,8 @@ class Run:
         ``measured``, ``decided``, ``effect``, ``n``: of the first replicate; ``trouble``; ``equal_terms``: the count
         with the models that it compares with on equal terms, empty without; ``provenance``: of the run.
         """
-        return table([_claim_row(verdict) | {"provenance": self.provenance} for verdict in self.verdicts], CLAIM_SCHEMA)
+        rows = [_claim_row(verdict) | {"provenance": self.provenance} for verdict in self.verdicts]
+        return table(rows, CLAIM_COLUMNS)
 
     @cached_property
     def failures(self) -> pl.DataFrame:
@@ -348,7 +343,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pl.DataFrame:
     path = Path(folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
-    return table([_runs_row(place) for place in _found(path)], pl.Schema(RUNS_COLUMNS)).sort("when", "run")
+    return table([_runs_row(place) for place in _found(path)], RUNS_COLUMNS).sort("when", "run")
 
 
 def part_folders(folder: Path, levels: int = DEEPEST) -> Iterator[Path]:

@@ -34,7 +34,7 @@ from experiments.bench.sources.pictures import Pictures, digests, picture
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
-from experiments.bench.stats.claim import Claim, find_claim
+from experiments.bench.stats.claim import find_claim
 from experiments.bench.stats.tests import holm, paired, summary_rows
 from experiments.bench.stats.verdict import Verdict
 
@@ -293,18 +293,19 @@ def _verdicts(
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
     claims = [find_claim(claim, "robot") for claim in experiment.claims]
     thresholds = {model.label: model.threshold for model in models}
-    asked: list[tuple[Claim, str, float | None, Sequence[Any]]] = [
-        (claim, model.label, model.threshold, [row for row in rows if row["model"] == model.label])
+    asked = [
+        (claim, model.label)
         for model in models
         for claim in claims
         if not claim.models and (claim.about == "looming") != ("hs" in model.channels)
     ]
-    asked += [(claim, "", thresholds.get(claim.spiking), rows) for claim in claims if claim.models]
+    asked += [(claim, "") for claim in claims if claim.models]
     verdicts = []
-    for claim, label, threshold, about in asked:
+    for claim, label in asked:
+        about = [row for row in rows if label in ("", row["model"])]
         lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-        outcome = judge(claim, about, threshold).noting(failed)
+        outcome = judge(claim, about, thresholds.get(label or claim.spiking)).noting(failed)
         verdicts.append(claim.verdict([outcome], model=label, experiment=experiment.name))
     return verdicts
 
