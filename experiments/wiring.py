@@ -22,11 +22,8 @@ class CheckedModel:
     ``step`` raises `dsnn.ResponseError` for an answer that is none, naming the model, and whatever the model raises.
     """
 
-    def __init__(
-        self, name: str, model: Any, channels: Sequence[str], thresholds: Mapping[str, float | None] | None = None
-    ) -> None:
-        self.name, self.inner, self.channels = name, model, tuple(channels)
-        self.thresholds = dict(thresholds or {})
+    def __init__(self, name: str, model: Any, channels: Sequence[str], thresholds: Mapping[str, float | None]) -> None:
+        self.name, self.inner, self.channels, self.thresholds = name, model, tuple(channels), thresholds
 
     def step(self, frame: npt.NDArray[np.uint8]) -> Response:
         """Answer the next frame (R, C)."""
@@ -64,7 +61,7 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
             f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
             " or a factory that takes one argument, the tuple (rows, columns)"
         )
-    return CheckedModel(getattr(model, "__name__", type(model).__name__), model(shape), CHANNELS)
+    return CheckedModel(getattr(model, "__name__", type(model).__name__), model(shape), CHANNELS, {})
 
 
 def arena_text(path: Path) -> str:

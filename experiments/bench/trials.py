@@ -30,7 +30,7 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.experiment import Design, Experiment, Settings
 from experiments.bench.sources.judge import judge
-from experiments.bench.sources.pictures import Pictures, digests, picture
+from experiments.bench.sources.pictures import Pictures, digests
 from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
@@ -148,7 +148,7 @@ def checked(
     if pictures and settings.scene.wall:
         raise UsageError(f"--set scene.wall={settings.scene.wall}: --pictures sets the wall; give one of them")
     if pictures:
-        settings = dataclasses.replace(settings, scene=dataclasses.replace(settings.scene, wall=picture(pictures, 0)))
+        settings = dataclasses.replace(settings, scene=dataclasses.replace(settings.scene, wall=pictures[0]))
     check_counts(seed, count, f"{experiment.name}: repeats" if repeats is None else "--repeats")
     course.check(whole.conditions(), settings)
     return whole, settings, count

@@ -160,7 +160,6 @@ COMPARED = tuple(name for name in MODELS if name != "dsnn-reference")
 PRESET = "preset"
 """``SECTION.preset=NAME`` sets several parameters at once: to one of the ``presets()`` of their class."""
 
-FORM = "expected NAME:PARAM=VALUE or NAME:PARAM=VALUE,PARAM=VALUE, for example dsnn:w_i=1"
 _PARAM = r"[A-Za-z_]\w*="
 _FILE, _NAME = rf"(?P<file>.+?\.py)(?::(?={_PARAM})(?P<of_file>.*))?", r"(?P<name>[^:]*)(?::(?P<of_name>.*))?"
 """A model as it is typed, with or without settings: a file, whose path may have colons, or a name."""
@@ -188,7 +187,7 @@ def ask(text: str) -> tuple[str, dict[str, str]]:
     for part in re.split(rf",(?={_PARAM})", settings):
         name, _, value = part.partition("=")
         if not re.match(_PARAM, part) or not value:
-            raise UsageError(f"--model {text}: {FORM}")
+            raise UsageError(f"--model {text}: expected NAME:PARAM=VALUE,PARAM=VALUE, for example dsnn:w_i=1")
         if name in assignments:
             raise UsageError(f"--model {text}: {name} is there twice")
         assignments[name] = value

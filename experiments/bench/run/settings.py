@@ -139,14 +139,16 @@ def _split(text: str, schema: Mapping[str, Any]) -> Any:
 
 @functools.cache
 def _properties(cls: Any) -> dict[str, dict[str, Any]]:
-    """Return the schema of each field; pydantic takes its time to make it, and plans ask a hundred times."""
-    return dict(TypeAdapter(cls).json_schema()["properties"])
+    """Return the schema of each field, of an optional one with that of its value.
+
+    Pydantic takes its time to make it, and plans ask a hundred times.
+    """
+    properties = TypeAdapter(cls).json_schema()["properties"]
+    return {name: {**schema, **schema.get("anyOf", [{}])[0]} for name, schema in properties.items()}
 
 
 def _legal(schema: Mapping[str, Any]) -> str:
     """Return the values that a field may have, as text, from its JSON schema; empty if only a validator knows."""
-    if "anyOf" in schema:  # a value that may be left open
-        return _legal(schema["anyOf"][0])
     if schema.get("type") == "array":
         parts = schema.get("prefixItems") or [schema["items"]]
         number = len(parts) if "prefixItems" in schema else schema.get("minItems", 0)
@@ -181,8 +183,7 @@ def schema_of(value: Any, name: str) -> Mapping[str, Any]:
     """
     if name == PRESET:
         return {"enum": list(presets(value))}
-    schema = _properties(value.__class__)[name]
-    return dict(schema["anyOf"][0]) if "anyOf" in schema else schema
+    return _properties(value.__class__)[name]
 
 
 def _unit(schema: Mapping[str, Any]) -> str:

@@ -19,7 +19,7 @@ from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
 from experiments.bench.run.user_code import USER_MODULE, declared, is_file, run_main
-from experiments.bench.sources.pictures import Pictures, digests, picture
+from experiments.bench.sources.pictures import Pictures, digests
 from experiments.bench.stats.claim import Claim, check_claims
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Clip:
 
     def __post_init__(self) -> None:
         try:
-            changes = tuple((name, _builtin(value)) for name, value in dict(self.changes).items())
+            changes = tuple(dict(self.changes).items())
         except (TypeError, ValueError):
             raise ValueError(f"clip {self.name}: changes must be pairs of a parameter and its value") from None
         object.__setattr__(self, "changes", changes)
@@ -448,7 +448,7 @@ def clips_of(clips: Sequence[Clip], replicate: int, pictures: Pictures | None = 
 def _image(replicate: int, pictures: Pictures | None) -> str:
     """Return the background of a replicate's clips that name none."""
     if pictures:
-        return picture(pictures, replicate)
+        return pictures[replicate % len(pictures)]  # after the last one the first comes again
     return list(SCENES)[(replicate - 1) % len(SCENES)] if replicate else PHOTOGRAPH
 
 
@@ -502,10 +502,3 @@ def pixels(trial: Trial) -> float:
     """Return how many pixels a trial shows, by which its time is estimated."""
     source = trial.condition.open(0)
     return float(len(source) * source.shape[0] * source.shape[1])
-
-
-def _builtin(value: Any) -> Any:
-    """Return a text or number of a user's own subclass as a plain one: workers cannot unpickle an enum's member."""
-    if isinstance(value, str):
-        return str.__str__(value)
-    return float(value) if isinstance(value, float) else value

@@ -45,11 +45,6 @@ def without_parts(rows: Sequence[Any]) -> list[Any]:
     return [row for row in rows if row["model"] not in PARTS]
 
 
-def before_sigmoid(label: str) -> pl.Expr:
-    """Invert the sigmoid of one pathway: its low-passed field sum over ``4 C R K_sig``, from its share of HS."""
-    return 0.5 * (2.0 * pl.col(label)).arctanh()
-
-
 def sums(frames: pl.DataFrame, w_i: float) -> pl.DataFrame:
     """Put excitation and inhibition of each trial together.
 
@@ -71,7 +66,8 @@ def sums(frames: pl.DataFrame, w_i: float) -> pl.DataFrame:
     balanced = shown[BALANCED].select("trial", "frame", hs_w_i_1="hs", spikes_w_i_1="hs_spikes")
     for other in (balanced, *(shown[label].select("trial", "frame", pl.col("hs").alias(label)) for label in PARTS)):
         joined = joined.join(other, on=("trial", "frame"), maintain_order="left")
-    excited, opposed = (pl.sum_horizontal(map(before_sigmoid, labels)) for labels in (EXCITED, OPPOSED))
+    # The inverse of a pathway's sigmoid: its low-passed field sum over 4 C R K_sig, from its share of HS.
+    excited, opposed = (pl.sum_horizontal(0.5 * (2.0 * pl.col(labels)).arctanh()) for labels in (EXCITED, OPPOSED))
     e, i = pl.col("excitation"), pl.col("inhibition")
     return (
         joined.with_columns(excitation=excited, inhibition=excited - opposed)

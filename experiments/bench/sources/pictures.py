@@ -17,11 +17,6 @@ Pictures = tuple[str, ...]
 """Absolute paths of pictures, in the order of their names, numbers by their value."""
 
 
-def picture(pictures: Pictures, replicate: int) -> str:
-    """Return the path of a replicate's picture. After the last one the first comes again."""
-    return pictures[replicate % len(pictures)]
-
-
 def digests(pictures: Pictures) -> list[str]:
     """Return what ``run.json`` has of pictures: each name with its SHA-256. Where one has changed, no run resumes."""
     return [f"{Path(path).name} {sha256(Path(path))}" for path in pictures]
