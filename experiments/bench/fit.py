@@ -199,17 +199,15 @@ def scored(results: pl.DataFrame) -> pl.DataFrame:
         A row for each setting: ``kept`` of its ``claims`` hold in every replicate; the least slack of all and of each,
         and the mean slack.
     """
-    value = pl.col("value")
-    sums = results.group_by("setting", "name", maintain_order=True).agg(
-        value.min(), holds=(pl.col("verdict") == "holds").all()
+    value, claim = pl.col("value"), pl.col("name")
+    names = results["name"].unique(maintain_order=True)
+    return results.group_by("setting", maintain_order=True).agg(
+        (claim.n_unique() - claim.filter(pl.col("verdict") != "holds").n_unique()).alias("kept"),
+        claim.n_unique().alias("claims"),
+        value.min().alias(LEAST),
+        *(value.filter(claim == name).min().alias(f"slack {name}") for name in names),
+        value.mean().alias(MEAN),
     )
-    totals = sums.group_by("setting", maintain_order=True).agg(
-        kept=pl.col("holds").sum(), claims=pl.len(), **{LEAST: value.min()}
-    )
-    each = sums.with_columns(("slack " + pl.col("name")).alias("name"))
-    wide = each.pivot("name", index="setting", values="value", maintain_order=True)
-    means = results.group_by("setting").agg(value.mean().alias(MEAN))
-    return totals.join(wide, "setting", maintain_order="left").join(means, "setting", maintain_order="left")
 
 
 def with_all(results: pl.DataFrame) -> pl.DataFrame:

@@ -165,7 +165,11 @@ def planned(
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
     plans: Plans = dict(zip(names, robot, strict=True))
     if not robot_only:
-        plans |= {name: _clips(name, scale, seed) for name in scale.offline}
+        for name in scale.offline:
+            clips = registry.find(name)
+            assert isinstance(clips, OfflineExperiment)
+            repeated = scale.offline_replicates if clips.repeats > 1 else None  # with one repeat nothing is random
+            plans[name] = offline.plan(clips, clips.models, (), repeated, seed)
         for env in PLAYED:  # all at the same seeds
             whole = ENVS[env].max_episode_steps
             plans[_behaved(env)] = behave.episodes(
@@ -194,13 +198,6 @@ def _models(experiment: str, labels: Sequence[str]) -> list[str]:
     if len(declared.models) > 1 or experiment in SHOWN:
         return list(declared.models)
     return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
-
-
-def _clips(name: str, scale: Scale, seed: int) -> Batch[Any]:
-    experiment = registry.find(name)
-    assert isinstance(experiment, OfflineExperiment)
-    repeats = scale.offline_replicates if experiment.repeats > 1 else None  # with one repeat nothing is random
-    return offline.plan(experiment, experiment.models, (), repeats, seed)
 
 
 def replicates_plan(

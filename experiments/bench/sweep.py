@@ -100,11 +100,6 @@ class Sweep:
     failures: Sequence[Mapping[str, Any]] = ()
 
     @property
-    def things(self) -> str:
-        """What it runs: ``trials`` with the robot, or ``clips``."""
-        return "clips" if isinstance(self.specs[0].condition, Clip) else "trials"
-
-    @property
     def experiments(self) -> tuple[str, ...]:
         """The names of the experiments whose trials it runs."""
         return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
@@ -255,7 +250,7 @@ def play(plan: Sweep, out: Path, pool: Workers) -> Sweep:
 
     Its trials leave neither recordings nor frames.
     """
-    on_clips, probe = plan.things == "clips", plan.study.probe
+    on_clips, probe = isinstance(plan.specs[0].condition, Clip), plan.study.probe
     work: Any = partial(offline.play_clip, frames=False) if on_clips else trials.work
     batch = Batch(
         name=plan.study.name,
@@ -265,7 +260,7 @@ def play(plan: Sweep, out: Path, pool: Workers) -> Sweep:
         schemas=(clips.TRIALS, FRAMES) if on_clips
         else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         parameters=plan.parameters,
-        things=plan.things,
+        things="clips" if on_clips else "trials",
         size=clips.pixels if on_clips else trials.seconds,
     )  # fmt: skip
     with batch.run(out, pool) as folder:

@@ -72,15 +72,6 @@ def changes(
     }
 
 
-def _paths(experiment: Experiment) -> dict[str, Any]:
-    """Return the paths of conditions of one's own, by the condition's label: rows have no column for them."""
-    return {
-        condition.label(): {name: getattr(condition, name) for name in SCRIPTED if name != "hand" or condition.hand}
-        for condition in experiment.conditions()
-        if condition.path is not None or condition.hand is not None
-    }
-
-
 def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
     """Section name -> its default value: each model under its family's name, the apparatus, then the design.
 
@@ -218,6 +209,11 @@ def batch(
     scene = dataclasses.replace(settings.scene, wall="") if pictures else settings.scene  # they are noted apart
     changed = changes(experiment, settings, declared, pictures)
     specs = trials_of(experiment, settings, repeats, seed)
+    paths = {  # of conditions of one's own: rows have no column for them
+        condition.label(): {name: getattr(condition, name) for name in SCRIPTED if name != "hand" or condition.hand}
+        for condition in experiment.conditions()
+        if condition.path is not None or condition.hand is not None
+    }
     description = {
         "kind": "trials",
         "experiment": experiment,
@@ -225,7 +221,7 @@ def batch(
         "seed": seed,
         "trials": len(specs),
         "settings": settings,
-        **({"paths": paths} if (paths := _paths(experiment)) else {}),
+        **({"paths": paths} if paths else {}),
         **({"pictures": digests(pictures)} if pictures else {}),
         **({"changed": changed} if changed else {}),
         THRESHOLDS: {model.label: model.thresholds for model in settings.models},
@@ -324,9 +320,9 @@ def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
     """
     models = list(dict.fromkeys(row["model"] for row in rows))
     table: list[dict[str, Any]] = []
-    for condition, chosen in group(rows, *CONDITION_COLUMNS).items():
-        counted = [row for row in chosen if row["spikes"] is not None]
-        spikes = {m: {row["trial"]: row["spikes"] for row in counted if row["model"] == m} for m in models}
+    counted = [row for row in rows if row["spikes"] is not None]
+    for condition, chosen in group(counted, *CONDITION_COLUMNS).items():
+        spikes = {m: {row["trial"]: row["spikes"] for row in chosen if row["model"] == m} for m in models}
         for one, other in combinations(models, 2):
             both = [trial for trial in spikes[one] if trial in spikes[other]]  # one may have failed in some
             if not both or reference not in ("", one):  # the first of the models
