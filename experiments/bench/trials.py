@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from itertools import combinations
 from pathlib import Path
@@ -22,7 +22,7 @@ from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
 from experiments.bench.run.rows import TrialRecord, drawn_here, group
 from experiments.bench.run.runs import Batch
-from experiments.bench.run.settings import applied, changed, check_counts, collect, described
+from experiments.bench.run.settings import applied, changed, check_counts, collect
 from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import course
@@ -108,17 +108,11 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
     values = sections(experiment, models)
     collected = collect([*of_mapping(experiment.settings), *assignments], values)
     chosen = applied(look_up(models), collected)
-    for section in ("robot", "camera", "scene", "experiment"):
-        values[section] = changed(section, values[section], collected.get(section, {}))
-    design = values["experiment"]
-    settings = Settings(
-        models=chosen,
-        robot=values["robot"],
-        camera=values["camera"],
-        scene=values["scene"],
-        pose_sd_mm=design.pose_sd_mm,
-        heading_sd_deg=design.heading_sd_deg,
+    robot, camera, scene, design = (
+        changed(section, values[section], collected.get(section, {}))
+        for section in ("robot", "camera", "scene", "experiment")
     )
+    settings = Settings(chosen, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
     try:
         return dataclasses.replace(experiment, design=design), settings
     except ValueError as error:
@@ -176,11 +170,6 @@ def both_eyes(settings: Settings) -> Settings:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
     more = tuple(dataclasses.replace(model, label=f"{model.label}{MARK}{TRUE}") for model in settings.models)
     return dataclasses.replace(settings, models=(*settings.models, *more))
-
-
-def parameters(experiment: Experiment, models: Sequence[str]) -> Iterator[dict[str, str]]:
-    """Every key that ``--set`` takes for an experiment, with its present value."""
-    return described(sections(experiment, models))
 
 
 def work(trial: RobotTrial, *, recordings: bool = False, frames: bool = False) -> TrialRecord:

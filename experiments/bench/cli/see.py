@@ -5,9 +5,9 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -244,19 +244,19 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
     from experiments.bench.run.settings import described
     from experiments.bench.run.user_code import declares, is_file
     from experiments.bench.sources.clips import find_stimulus
-    from experiments.bench.trials import parameters
+    from experiments.bench.trials import sections
 
     if name in STIMULI or (is_file(name) and declares(Path(name), "STIMULUS")):
         entry = find_stimulus(name)
-        rows: Iterable[dict[str, str]] = described({entry.name: entry.params})
+        values: dict[str, Any] = {entry.name: entry.params}
     elif name == "firmware":
         from experiments.bench.robot_side import firmware
 
-        rows = described(firmware.sections())
+        values = firmware.sections()
     else:
         declared = registry.load(name)
-        rows = parameters(declared, shown_models(declared.models, models, only))
-    for row in rows:
+        values = sections(declared, shown_models(declared.models, models, only))
+    for row in described(values):
         notes = "; ".join(filter(None, (row["legal"], row["unit"] and f"in {row['unit']}")))
         legal = f"  ({notes})" if notes else ""
         out_console.print(Text.assemble(f"{row['key']}=", (row["value"], "b"), (legal, "dim")))

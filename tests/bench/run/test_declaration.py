@@ -4,9 +4,10 @@ import dataclasses
 
 import pytest
 
+from experiments.bench.run.settings import described
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.experiment import Experiment, Translation
-from experiments.bench.trials import configure, parameters
+from experiments.bench.trials import configure, sections
 from tests.helpers import user_files
 
 GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
@@ -45,7 +46,7 @@ def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_
     path.write_text(user_files.MODEL.replace('"gradient"', '"dsnn-mine"'))
     experiment = Experiment("mine", "", Translation((6.0,), (8.0,)), "speed_cm_s")
     models = ["dsnn", "dsn2017", str(path)]
-    keys = {row["key"] for row in parameters(experiment, models)}
+    keys = {row["key"] for row in described(sections(experiment, models))}
     assert {"dsnn.n_con", "dsnn-mine.gain"} <= keys and "dsnn.gain" not in keys
     _, settings = configure(experiment, models, ["dsnn-mine.gain=2", "dsnn.n_con=6"])
     assert settings.models[2].network.gain == 2.0

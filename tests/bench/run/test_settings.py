@@ -8,7 +8,8 @@ from colias_sim import RobotConfig
 from experiments import NAMES
 from experiments.bench import registry
 from experiments.bench.run.errors import UsageError
-from experiments.bench.trials import configure, parameters, plan
+from experiments.bench.run.settings import described
+from experiments.bench.trials import configure, plan, sections
 
 
 def configured(*assignments):
@@ -30,7 +31,7 @@ def test_every_section_is_reached():
 
 
 def test_every_listed_parameter_can_be_set_to_what_it_is():
-    listed = list(parameters(registry.load("speed"), ["dsnn"]))
+    listed = list(described(sections(registry.load("speed"), ["dsnn"])))
     assert len(listed) > 40
     assert all(row["description"] for row in listed)
     assert configured(*(f"{row['key']}={row['value']}" for row in listed)) == configured()
@@ -60,7 +61,7 @@ def test_a_preset_comes_first_whatever_the_order():
     robot = RobotConfig.preset("colias4")
     assert settings.robot == dataclasses.replace(robot, dead_band=0, open_loop=False)
     assert configured("robot.preset=default") == configured() != configured("robot.preset=colias4")
-    listed = {row["key"]: row for row in parameters(registry.load("speed"), ["dsnn"])}
+    listed = {row["key"]: row for row in described(sections(registry.load("speed"), ["dsnn"]))}
     assert (listed["robot.preset"]["value"], listed["robot.preset"]["legal"]) == ("default", "default, colias4")
 
 
