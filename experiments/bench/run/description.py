@@ -11,7 +11,7 @@ from typing import Any
 from experiments.bench.run import provenance
 from experiments.bench.run.command import command_note
 from experiments.bench.run.errors import UsageError, short
-from experiments.bench.run.files import NAME, replacing, to_json
+from experiments.bench.run.files import NAME, Files, to_json
 
 KIND = "kind"
 """The entry with the kind of the run: ``trials``, ``clips``, ..."""
@@ -45,8 +45,7 @@ def begun(folder: Path) -> bool:
 
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:
     """Write the description, the time and the command, whole or not at all."""
-    with replacing(folder / NAME) as partial:
-        partial.write_text(to_json({BEGUN: now(), **command_note(), **description}), encoding="utf-8")
+    Files(folder).write_json(NAME, {BEGUN: now(), **command_note(), **description})
 
 
 def begin_whole(folder: Path, kind: str, **notes: Any) -> None:

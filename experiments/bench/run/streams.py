@@ -15,34 +15,31 @@ env's world and film from `colias_sim.streams`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
 ROOM = 3
 """Begins the spawn keys of this package's streams, but the trials', which are older and have one word."""
 
-KEYS: Mapping[str, tuple[int, ...]] = MappingProxyType(
-    {
-        "trial.placing": (0,),  # where the stimulus starts, and its heading
-        "trial.scenery": (1,),  # light, phase of the wall, and how unequal the motors are
-        "trial.noise": (2,),  # of the camera
-        "policy": (ROOM, 0),  # what a behaviour draws itself
-        "bootstrap.mean": (ROOM, 1),
-        "permutations.order": (ROOM, 2),  # of trials among groups
-        "bootstrap.blocks": (ROOM, 3),  # of footage
-        "permutations.signs": (ROOM, 5),  # of differences
-        "bootstrap.training": (ROOM, 6),  # of training seeds
-        "permutations.points": (ROOM, 7),  # of a tuning curve
-        "course.nominal": (ROOM, 4),  # the errors of a start pose whose spread is 0
-        "firmware.clips": (ROOM, 15),  # what the chip's program is measured with
-        "conformance.frame": (ROOM, 17),  # that a model is shown again and again
-        "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
-    }
-)
+KEYS: Mapping[str, tuple[int, ...]] = {
+    "trial.placing": (0,),  # where the stimulus starts, and its heading
+    "trial.scenery": (1,),  # light, phase of the wall, and how unequal the motors are
+    "trial.noise": (2,),  # of the camera
+    "policy": (ROOM, 0),  # what a behaviour draws itself
+    "bootstrap.mean": (ROOM, 1),
+    "permutations.order": (ROOM, 2),  # of trials among groups
+    "bootstrap.blocks": (ROOM, 3),  # of footage
+    "permutations.signs": (ROOM, 5),  # of differences
+    "bootstrap.training": (ROOM, 6),  # of training seeds
+    "permutations.points": (ROOM, 7),  # of a tuning curve
+    "course.nominal": (ROOM, 4),  # the errors of a start pose whose spread is 0
+    "firmware.clips": (ROOM, 15),  # what the chip's program is measured with
+    "conformance.frame": (ROOM, 17),  # that a model is shown again and again
+    "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
+}
 """Name -> the spawn key that tells its numbers from the others'. A new name takes a new key."""
 
-_WORDS: Mapping[str, tuple[int, ...]] = MappingProxyType({"policy": (1,)})
+_WORDS: Mapping[str, tuple[int, ...]] = {"policy": (1,)}
 """Streams older than their names: seeded by the seed and these words, so that episodes stay as they were."""
 
 _WORD = 2**32

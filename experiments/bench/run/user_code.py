@@ -12,21 +12,19 @@ import threading
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import ModuleType
 from typing import Any
 
 from experiments.bench.run.errors import UsageError
 
-_COMMANDS: Mapping[str, str] = MappingProxyType(
-    {
-        "EXPERIMENT": "colias run FILE",
-        "STUDY": "colias sweep FILE",
-        "MODEL": "--model FILE",
-        "STIMULUS": "colias watch FILE",
-        "BEHAVIOUR": "colias behave FILE",
-        "ARENA": "--set scene.arena=FILE",
-    }
-)
+_COMMANDS: Mapping[str, str] = {
+    "EXPERIMENT": "colias run FILE",
+    "STUDY": "colias sweep FILE",
+    "MODEL": "--model FILE",
+    "STIMULUS": "colias watch FILE",
+    "BEHAVIOUR": "colias behave FILE",
+    "ARENA": "--set scene.arena=FILE",
+}
 """Name that a file can declare -> the command that takes it."""
 USER_MODULE = "colias_user_"
 """Prefix of the names of modules made from users' files, so that two files may have one name."""
@@ -69,6 +67,14 @@ def declared(path: Path, name: str, *kinds: type) -> Any:
         expected = " or ".join(kind.__name__ for kind in kinds)
         raise UsageError(f"{path}: {name} is a {type(value).__name__}, expected {expected}")
     return value
+
+
+def file_beside(declaring: Path, name: str, where: str) -> Path:
+    """Return a file that a user's file names, in ``where``, by a path relative to itself; `UsageError` without one."""
+    path = declaring.resolve().parent / name
+    if not path.is_file():
+        raise UsageError(f"{declaring}: {where}: {path}: no such file (a path is relative to the file that has it)")
+    return path
 
 
 def declares(path: Path, name: str) -> bool:

@@ -25,7 +25,7 @@ from dsnn import ResponseSeries
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.run import record as rerun
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.files import replacing
+from experiments.bench.run.files import Files
 from experiments.bench.run.models import beside
 from experiments.bench.run.play import FIELDS, FRAMES, Trial
 from experiments.bench.run.rows import JOB, OBSERVER
@@ -418,6 +418,5 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         data = record(episode, f"episode {self._number} in {short_name(episode.env_id)}")
         place = self._place(self._number)
         place.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(place) as partial:
-            partial.write_bytes(data)
+        Files(place.parent).write_bytes(place, data)
         self.recorded.append(place)
