@@ -125,6 +125,32 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     assert [one[name] for name in names[1:]] == [6.0, 6.0, 1] and two["not shown"] == 0
 
 
+@pytest.mark.parametrize(
+    ("name", "asked", "ends"),
+    [
+        ("general", {"claims": ("C13",)}, ("low", "high")),
+        ("general", {"measures": ("spikes",)}, ("ci_low", "ci_high")),
+        ("ensembles", {"measures": ("peak-speed-potential",)}, ("lowest", "highest")),
+    ],
+)
+def test_a_curve_is_the_table_with_the_interval_of_a_share_or_a_mean_and_the_range_of_other_numbers(name, asked, ends):
+    """By panel: of claims one each, of a measure one for each condition."""
+    plan = planned([name], "dsnn.t_sp=0.2,0.3", replicates=3, repeats=5, **asked)
+    strength = {"mean_hs_near_axis": lambda place: float(place % 7), "spikes": lambda place: place % 11}
+    rows = [row | {column: of(row["trial"] + 3 * row["model"].endswith("3")) for column, of in strength.items()}
+            for row in answers_of(plan.specs)]  # fmt: skip
+    result = read(plan, rows)
+    table = result.numbers if "measures" in asked else result.counts.with_columns(value=pl.col("holds") / 3)
+    panels = [axes for axes in draw(result).axes if axes.lines]
+    lines = [axes.lines[0].get_ydata() for axes in panels]
+    whiskers = [[segment[:, 1] for segment in axes.collections[0].get_segments()] for axes in panels]
+    what = "measure" if "measures" in asked else "claim"
+    for of, drawn, reach in zip(table.partition_by(what, maintain_order=True), lines, whiskers, strict=True):
+        assert list(drawn) == pytest.approx(of["value"].to_list())
+        assert [tuple(pair) for pair in reach] == [pytest.approx(pair) for pair in of.select(ends).rows()]
+        assert all(low < high for low, high in of.select(ends).rows())
+
+
 # --- the plan ---------------------------------------------------------------------------------------------------------
 
 
