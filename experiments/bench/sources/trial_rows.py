@@ -37,7 +37,7 @@ RESPONDED: Mapping[str, type] = {
     "path_error_mm": float,  # largest distance of the stimulus from its line there
     "drift_mm": float,  # distance of the stimulus from its line at the end, left of its way positive
     "drive": str,  # of the stimulus: by ``feedback`` of its pose, or ``open`` loop
-    "closest_cm": float,  # shortest distance between the robots
+    "closest_cm": float,  # shortest distance from the lens to the stimulus's centre
     "seconds_in_view": float,  # time for which the stimulus's centre is in the camera's field
     "spikes_in_view": int,  # this and the other counts are null where the model does not spike
     "rate_in_view_hz": float,
