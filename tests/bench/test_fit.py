@@ -11,6 +11,7 @@ import pytest
 import experiments
 from experiments.bench.cli import main
 from experiments.bench.fit import RESULTS, Fit, at, box_of, planned, scored, spread, study_of
+from experiments.bench.report import fit as report
 from experiments.bench.run.errors import UsageError
 from experiments.bench.stats.checks import Check
 from experiments.bench.stats.tests import proportion_interval
@@ -112,6 +113,28 @@ def test_a_planted_infeasible_box_is_reported_with_its_interval(folder):
     assert outcome["share"] == {"kept": 0, "of": 32, "low": 0.0, "high": proportion_interval(0, 32)[1]}
     rows = pl.read_csv(folder / "none" / "fit.csv").filter(pl.col("of") == "search")
     assert rows["kept"].max() == 1, "each is kept by some, both by none"
+
+
+def test_a_figure_has_the_slack_of_search_and_sample_by_parameter_and_the_shares_anew(folder):
+    """Each setting is a dot under the name of what it is of; the settings judged anew have their intervals."""
+    fit(folder, "drawn", "luck", *A, *B, "--trials", "12", "--sample", "8", "--held-out", "10")
+    run = experiments.load(folder / "drawn")
+    *panels, again = [axes for axes in report.draw(run).axes if axes.lines]
+    keys = [axes.get_xlabel().partition(" ")[0] for axes in panels]
+    assert sorted(keys) == ["planted.a", "planted.b"]
+    for axes, key in zip(panels, keys, strict=True):
+        for of in ("search", "sample"):
+            own = run.summary.filter(of=of).select(pl.col(key).cast(float), "least slack")
+            (dots,) = [line for line in axes.lines if line.get_label() == of]
+            np.testing.assert_allclose(dots.get_xydata().astype(float), own.to_numpy())
+    rows = {f"no. {row['number']}": row for row in run.anew.filter(name=run.anew["name"][0]).to_dicts()}
+    places = {tick.get_position()[1]: tick.get_text() for tick in again.get_yticklabels()}
+    assert sorted(places.values()) == sorted(rows)
+    assert len({row["kept"] for row in rows.values()}) > 1, "or one could stand for another"
+    ends = [segment[:, 0] for segment in again.collections[0].get_segments()]
+    for (value, y), (low, high) in zip(again.lines[0].get_xydata(), ends, strict=True):
+        row = rows[places[y]]
+        assert (value, low, high) == pytest.approx((row["kept"] / row["replicates"], row["low"], row["high"]))
 
 
 def test_a_fit_to_noise_is_exposed_anew(folder):
