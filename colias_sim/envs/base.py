@@ -271,9 +271,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         info = self._info({})
         if drawn:
             info["randomised"] = {
-                part: value
-                for name, values in drawn.items()
-                for part, value in zip(FACTORS[name].parts, values, strict=True)
+                part: value for name in drawn for part, value in zip(FACTORS[name].parts, drawn[name], strict=True)
             }
         return self._observation(), info
 

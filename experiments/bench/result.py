@@ -382,7 +382,8 @@ def _in_words(verdicts: Sequence[Verdict]) -> str:
     labels: dict[str, list[str]] = {}
     several = len({verdict.model for verdict in verdicts}) > 1
     for verdict in verdicts:
-        labels.setdefault(verdict.count.label, []).append(f"{verdict.id} {verdict.model if several else ''}".rstrip())
+        name = f"{verdict.id} {verdict.model}".rstrip() if several else verdict.id
+        labels.setdefault(verdict.count.label, []).append(name)
     return "; ".join(f"{label}: {', '.join(dict.fromkeys(ids))}" for label, ids in labels.items())
 
 

@@ -15,6 +15,11 @@ from experiments.bench.cli import options
 
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
+MEANT = {
+    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial"},
+    "a strip": {"trial", "size", "frames", "model"}, "a film": {"trial", "size", "fps", "speed", "model"},
+}  # fmt: skip
+"""What ``colias video`` writes -> the options that it has."""
 KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
 """Kinds of what there is; ``colias list`` names all of them."""
 
@@ -81,6 +86,7 @@ def _view_scene(arena: str) -> int:
 
 
 def video(
+    context: typer.Context,
     source: Annotated[Path, typer.Argument(metavar="RUN_OR_RRD", help="A run, an .rrd file, or a stimulus.")],
     out: Annotated[Path, typer.Option(metavar="FILE", help=".mp4, .webp, .png: a strip; or a folder of pictures.")],
     trial: options.Trial = None,
@@ -112,7 +118,12 @@ def video(
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
     if out.exists() or not out.parent.is_dir():
         raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
-    if (str(source) in STIMULI and not source.exists()) or source.suffix == ".py":
+    stimulus = (str(source) in STIMULI and not source.exists()) or source.suffix == ".py"
+    kind = "a stimulus" if stimulus else {"": "pictures", ".png": "a strip"}.get(out.suffix, "a film")
+    if other := sorted(options.typed(context) - MEANT[kind] - {"source", "out", "quiet"}):
+        names = ", ".join(f"--{name}" for name in other).replace("--assignments", "--set")
+        raise UsageError(f"{names}: not an option of {kind}")
+    if stimulus:
         _write_stimulus(str(source), out, assignments or (), seed, jitter)
         return 0
     path, shape = recording(source, trial), options.width_height(size)

@@ -20,6 +20,8 @@ from experiments.bench.study import TOGETHER
 
 SHARES = LinearSegmentedColormap.from_list("held", (style.HUES[1], "#f4f1ea", style.HUES[0]))
 """Share of the replicates in which a claim holds, 0 to 1."""
+MEASURE = pl.col("what").str.split(":").list.first()
+"""Name of a measure without its condition."""
 
 
 def draw(result: Any) -> Figure:
@@ -35,7 +37,7 @@ def draw(result: Any) -> Figure:
     elif cells["judged"].any():
         symbols.append("k/n: holds in k of n (h: the DSNN's half); hatched: not judged")
     with style.look():
-        figure = _table(result) if named else _panels(result)
+        figure = _table(result, cells) if named else _panels(result, cells)
         style.headline(figure, finding(cells))
         what = f"{style.sentence(result.study.summary)}: n = {result.study.replicates}, from seed {result.seed}"
         style.caption(figure, ". ".join([*symbols, what, ""]).rstrip())
@@ -66,7 +68,7 @@ def finding(cells: pl.DataFrame) -> str:
     kept = f"{who} in every replicate in {(value == 1.0).sum()} of {len(value)} cells"
     phrases = [f"{kept}, {value.is_nan().sum()} not judged"] * (len(value) > 0)
     measures = cells.filter(~pl.col("judged")).drop_nulls("value")
-    for (name,), of in style.by(measures.with_columns(pl.col("what").str.split(":").list.first()), "what"):
+    for (name,), of in style.by(measures.with_columns(MEASURE), "what"):
         phrases.append(f"{name} from {of['value'].min():.3g} to {of['value'].max():.3g}")
     return "; ".join(phrases) or "Nothing was measured"
 
@@ -87,13 +89,12 @@ def _cells(result: Any) -> pl.DataFrame:
     return pl.DataFrame(rows, infer_schema_length=None)
 
 
-def _panels(result: Any) -> Figure:
+def _panels(result: Any, cells: pl.DataFrame) -> Figure:
     """Draw a panel for each claim and measure of each model: the first axis across, a second one up."""
     (across_name, levels), *second = result.axes.items()
     up = list(second[0][1]) if second else []
-    measure = pl.col("what").str.split(":").list.first()
     value = pl.col("value").cast(float)
-    scaled = _cells(result).with_columns(least=value.min().over(measure), most=value.max().over(measure))
+    scaled = cells.with_columns(least=value.min().over(MEASURE), most=value.max().over(MEASURE))
     panels = scaled.partition_by("what", "model", maintain_order=True)
     titles = {claim.id: f"{claim.title} ({claim.id})" for claim, _ in result.claims} | {TOGETHER: "All claims"}
     across = min(3, len(panels))
@@ -136,9 +137,9 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
                        annotation_clip=True)  # fmt: skip
 
 
-def _table(result: Any) -> Figure:
+def _table(result: Any, cells: pl.DataFrame) -> Figure:
     """Draw points and models down, claims across."""
-    cells, names = _cells(result).filter("judged"), list(result.axes)
+    cells, names = cells.filter("judged"), list(result.axes)
     columns = [*names, *(["model"] if cells["model"].n_unique() > 1 or not names else [])]
     points = cells.select(columns).rows()
     rows, claims = list(dict.fromkeys(points)), list(dict.fromkeys(cells["what"]))

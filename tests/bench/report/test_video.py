@@ -8,9 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
+from experiments.bench.cli import main
 from experiments.bench.report import video
 from experiments.bench.report.recordings import pictures_of
 from experiments.bench.report.video import Canvas, Reel, changes, film_times, make, strip
+from experiments.bench.run.errors import UsageError
 from experiments.bench.run.record import OFF, ON, STILL
 from experiments.bench.sources.episodes import load_behaviour, play
 from experiments.bench.sources.episodes import record as record_episode
@@ -135,3 +137,10 @@ def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     canvas.strip(moments, list(reel.seen(moments)))
     for column, k in zip(canvas.panels, (0, result.frames // 2, -1), strict=True):
         np.testing.assert_array_equal(column[SEEN].images[0].get_array(), result.media.images[""][k])
+
+
+@pytest.mark.parametrize(("name", "more"), [("a.mp4", ("--speed", "0")), ("a.gif", ()), ("a.mp4", ("--seed", "3"))])
+def test_wrong_uses_are_refused(trial, tmp_path, name, more):
+    with pytest.raises(UsageError):
+        main.command(["video", str(trial[1]), "--out", str(tmp_path / name), *more])
+    assert not list(tmp_path.iterdir())
