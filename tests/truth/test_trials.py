@@ -140,6 +140,8 @@ def test_the_achieved_speed_is_that_of_the_poses(played):
         assert trial.row["achieved_speed_cm_s"] == pytest.approx(trial.row["speed_cm_s"], rel=0.01)
         np.testing.assert_allclose(trial.frames["stimulus_x_cm"], place[:, 0], atol=1e-4)
         np.testing.assert_allclose(trial.frames["stimulus_y_cm"], place[:, 1], atol=1e-4)
+        (way,) = trial.recording.columns["/world/path"]["LineStrips3D:strips"][0]
+        np.testing.assert_allclose(way, place, atol=1e-4), "the observer stands, and has none"
 
 
 def test_counts_peaks_and_marks_are_those_of_the_frames(played):

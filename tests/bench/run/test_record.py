@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from colias_sim import SceneConfig
 from colias_sim.obstacles import Obstacle
@@ -16,6 +17,9 @@ from experiments.bench.report.palette import colours
 from experiments.bench.report.video import model_part
 from experiments.bench.report.viewer import program
 from experiments.bench.run.record import (
+    OFF,
+    ON,
+    STILL,
     Content,
     Frames,
     RecordedModel,
@@ -24,6 +28,8 @@ from experiments.bench.run.record import (
     rgb,
     write,
 )
+from experiments.bench.sources.recording import map_colours
+from scenes import WALL_HEIGHT_CM
 from tests.helpers.recordings import columns
 
 COUNT = 5
@@ -58,9 +64,9 @@ def test_what_is_written_is_read_back(tmp_path):
     held = columns(written(tmp_path / "a.rrd"), static=False)
     for model in CONTENT.models:
         root = f"/{model_entity(model.label)}"
-        for channel, values in (("hs", SERIES.hs), ("vs", SERIES.vs), ("azimuth", SERIES.azimuth)):
-            np.testing.assert_array_equal(np.ravel(held[f"{root}/{channel}"]["scalars"]), values)
-        for channel, counts in (("hs", COUNTS), ("vs", -COUNTS)):
+        for channel, value in (("hs", 0.1), ("vs", -0.2), ("looming", 0.6), ("azimuth", 0.5)):
+            np.testing.assert_array_equal(np.ravel(held[f"{root}/{channel}"]["scalars"]), [value] * COUNT)
+        for channel, counts in (("hs", COUNTS), ("vs", -COUNTS), ("looming", [1] * COUNT)):
             np.testing.assert_array_equal(np.ravel(held[f"{root}/spikes/{channel}"]["scalars"]), counts)
         assert held[f"{root}/threshold"]["scalars"] == [[-0.16, 0.16, 0.7]] * 2
         assert model_part(f"{root}/spikes/hs".strip("/")) == (model.label, "spikes/hs")
@@ -83,7 +89,19 @@ def test_a_robot_and_an_obstacle_have_their_sizes_in_cm(tmp_path):
     held = columns(written(tmp_path / "a.rrd", content), static=True)
     robot, edges = held["/world/stimulus"], np.array(held["/world/arena/obstacles"]["strips"][0])
     np.testing.assert_allclose([robot["radii"], robot["lengths"]], [[[3.0]], [[4.5]]], rtol=1e-6)
+    x, y, z = np.transpose(held["/world/arena/wall"]["vertex_positions"][0])
+    np.testing.assert_allclose(np.hypot(x, y), 45.0, rtol=1e-6)
+    assert {*z} == {0.0, WALL_HEIGHT_CM}
     np.testing.assert_allclose(edges.max(axis=(0, 1)), [20.0, 10.0, 4.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("layer", "grey", "tint"), [
+    ("p", 138, ON), ("p", 118, OFF), ("la", 168, ON), ("la", 88, OFF), ("f_on", 128, ON), ("f_off", 128, OFF),
+])  # fmt: skip
+def test_a_layer_is_warm_where_it_became_brighter_and_cool_where_darker(layer, grey, tint):
+    """The full colour is that of 40 grey levels, or of an F of 1."""
+    still = 0 if layer.startswith("f") else 128
+    assert [map_colours(layer)[value] for value in (still, grey)] == [STILL, tint]
 
 
 def test_a_saved_layout_is_opened_with_and_is_not_put_over_a_reader_s_own(tmp_path):

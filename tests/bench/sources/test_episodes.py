@@ -125,7 +125,7 @@ def drive(driven, episodes=1, steps=STEPS):
 
 
 def test_a_recorded_env_is_the_same_env_and_its_recording_what_the_episode_was(tmp_path):
-    plain, recorded = env(), RecordRerun(env(), tmp_path / "new" / "episode.rrd")
+    plain, recorded = env(frame_skip=2), RecordRerun(env(frame_skip=2), tmp_path / "new" / "episode.rrd")
     expected, seen = drive(plain), drive(recorded)
     plain.close()
     for one, other in zip(expected, seen, strict=True):
@@ -136,6 +136,10 @@ def test_a_recorded_env_is_the_same_env_and_its_recording_what_the_episode_was(t
     held = columns(path)
     commands = [[0.3, 0.1 * step] for step in range(STEPS)]
     np.testing.assert_allclose(held["/world/observer/wheels"]["scalars"], commands, atol=1e-6)
+    np.testing.assert_allclose(np.ravel(held["/models/dsnn/hs"]["scalars"]), [step[0][0] for step in seen[1:]])
+    assert held["/reward"]["frame"] == [*range(STEPS)]
+    np.testing.assert_allclose(held["/reward"]["time"], 1e9 * 2 / 30 * np.arange(1, STEPS + 1), atol=1)
+    assert held["/__properties/episode"]["return"][0] == pytest.approx([sum(step[1] for step in seen[1:])])
     terms = [name for name in seen[1][4] if name.startswith("reward_")]
     assert terms and held["/reward"]["scalars"] == [[info[name] for name in terms] for *_, info in seen[1:]]
     shown = {

@@ -147,12 +147,6 @@ def planned_rows(count, repeats=5):
     return plan, rows_of(plan.specs)
 
 
-def test_no_two_replicates_share_a_trial_s_seed():
-    """That replicate r is the whole design at the seed plus r is a law of sweeps."""
-    first, second, third = ({spec.seed for spec in design(1, 5, seed).specs} for seed in range(3))
-    assert not first & second and not second & third and not first & third
-
-
 def test_the_count_has_replicate_0_and_the_rate_all_trials():
     cases, rows = planned_rows(3)
     one = next(row for row in rows if row["experiment"] == "general" and row["angle_deg"] == 0.0)
