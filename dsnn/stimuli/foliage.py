@@ -30,7 +30,7 @@ class Sway:
     shape
         (R, C) of the frame.
     amplitude_px
-        Root mean square of the displacement along x and y, px.
+        Standard deviation of the displacement within a field, along x and y, px; its rms is some 13 % larger.
     band_hz
         Lowest and highest frequency; `TONES` frequencies are drawn between them.
     patch_px
@@ -82,7 +82,7 @@ class FoliageParams(TimedParams):
     """Parameters of foliage. Neighbouring leaves sway together, distant ones independently, with no mean motion."""
 
     amplitude_px: tuple[Amplitude, Amplitude] = (2.0, 0.5)
-    """Rms displacement along x and y."""
+    """Standard deviation of the displacement within a field, along x and y."""
     low_hz: Annotated[float, unit("Hz")] = Field(default=0.5, gt=0.0, le=500.0)
     """Lowest frequency of the sway."""
     high_hz: Annotated[float, unit("Hz")] = Field(default=3.0, gt=0.0, le=500.0)

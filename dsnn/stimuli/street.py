@@ -64,7 +64,7 @@ class StreetParams(ClipParams):
     foliage: Literal["windblown", "none"] = "windblown"
     """Whether leaves sway in the wind in front of the house."""
     amplitude_px: tuple[Amplitude, Amplitude] = (2.0, 0.5)
-    """Rms displacement of leaves along x and y."""
+    """Standard deviation of the displacement of leaves within a field, along x and y."""
     low_hz: Annotated[float, unit("Hz")] = Field(default=0.5, gt=0.0, le=500.0)
     """Lowest frequency of the sway."""
     high_hz: Annotated[float, unit("Hz")] = Field(default=3.0, gt=0.0, le=500.0)
