@@ -34,7 +34,7 @@ def view(
 ) -> int:
     """Open recordings in the Rerun viewer, which listens on 127.0.0.1 only; or a scene in MuJoCo's own viewer.
 
-    The viewer ends with this command. --screenshot shows the middle of the recording, and needs no screen.
+    The viewer ends with this command. --screenshot needs no screen; of a recording it shows the middle.
     """
     from experiments.bench.report import viewer
     from experiments.bench.report.recordings import recording, recordings_in
@@ -43,14 +43,14 @@ def view(
     from experiments.bench.run.errors import UsageError
     from scenes import ARENA_ENDINGS, ARENAS
 
+    if screenshot is not None and screenshot.suffix != ".png":
+        raise UsageError(f"--screenshot {screenshot}: the file's name should end in .png")
     if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
-        return _view_scene(str(source))
+        return _view_scene(str(source), screenshot)
     one = source.is_file() or trial is not None or screenshot is not None
     files = [recording(source, trial)] if one else recordings_in(source)
     if not files:
         raise UsageError(f"{source}: no such file, or no .rrd recordings in it")
-    if screenshot is not None and screenshot.suffix != ".png":
-        raise UsageError(f"--screenshot {screenshot}: the file's name should end in .png")
     if not web and screenshot is None:
         viewer.require_screen(f"view {source}: ", "use --web")
     with interrupts.once():
@@ -64,24 +64,33 @@ def view(
     return 0
 
 
-def _view_scene(arena: str) -> int:
-    """Show both robots in the arena, live, in MuJoCo's viewer."""
+def _view_scene(arena: str, screenshot: Path | None) -> int:
+    """Show both robots in the arena, live in MuJoCo's viewer, or draw them into a file."""
+    import cv2
     import mujoco.viewer
 
     from colias_sim import CameraConfig, RobotConfig, SceneConfig
-    from colias_sim.gl import has_screen
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
+    from experiments.bench.report import viewer
     from experiments.bench.run.errors import UsageError
 
-    if not has_screen():
-        raise UsageError(f"view {arena}: MuJoCo's viewer needs a screen (DISPLAY is not set)")
+    if screenshot is None:
+        viewer.require_screen(f"view {arena}: ", "use --screenshot")
     try:
         spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
     except ValueError as error:
         raise UsageError(str(error)) from None
     spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
-    mujoco.viewer.launch(spec.compile())
+    model = spec.compile()
+    if screenshot is None:
+        mujoco.viewer.launch(model)
+        return 0
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with mujoco.Renderer(model, 480, 640) as renderer:
+        renderer.update_scene(data)
+        screenshot.write_bytes(cv2.imencode(".png", renderer.render()[..., ::-1])[1].tobytes())
     return 0
 
 

@@ -34,7 +34,7 @@ def program() -> list[str]:
 def require_screen(what: str, instead: str) -> None:
     """Raise `UsageError` where there is no screen to open a window on; ``instead`` says what to do then."""
     if not has_screen():
-        raise UsageError(f"{what}Rerun's viewer needs a screen (DISPLAY is not set): {instead}")
+        raise UsageError(f"{what}the viewer needs a screen (DISPLAY is not set): {instead}")
 
 
 def url(address: str) -> str:

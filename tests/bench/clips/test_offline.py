@@ -2,11 +2,14 @@
 
 import dataclasses
 
+import polars as pl
 import pytest
+from scipy import stats
 
 from experiments import NAMES, OFFLINE
-from experiments.bench import registry
+from experiments.bench import offline, registry
 from experiments.bench.offline import is_random
+from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.stats.claim import claims_on
 
@@ -31,3 +34,20 @@ def test_clips_are_random_where_any_frame_of_any_clip_is(clips, random):
     """The first frames of all of these are empty, and so equal at every seed."""
     experiment = OfflineExperiment("mine", "", clips, ("dsnn",), repeats=2)
     assert is_random(experiment) is random
+
+
+def test_the_summary_has_student_s_intervals_of_repeats_that_each_tremble_by_themselves(tmp_path):
+    """Only a count's interval ends at 0."""
+    leftward = dataclasses.replace(TREMBLING, changes={**dict(CLIP.changes), "motion": "leftward"})
+    experiment = OfflineExperiment("mine", "", (leftward,), ("dsnn",), repeats=3)
+    with Workers(0, quiet=True).running(rendering=False) as pool:
+        offline.run(offline.plan(experiment, experiment.models, (), None, 0), tmp_path / "out", pool)
+    trials = pl.read_parquet(tmp_path / "out" / "trials.parquet")
+    assert trials["trough_hs"].n_unique() == 3 and trials["trough_hs"].max() < 0
+    for line in pl.read_csv(tmp_path / "out" / "summary.csv").iter_rows(named=True):
+        values = trials[line["quantity"]].cast(float)
+        assert (line["n"], line["mean"]) == (3, pytest.approx(values.mean()))
+        if values.std():
+            low, high = stats.t.interval(0.95, 2, values.mean(), values.std() / 3**0.5)
+            low = max(low, 0.0) if line["quantity"] == "spikes" else low
+            assert (line["ci_low"], line["ci_high"]) == pytest.approx((low, high))

@@ -79,3 +79,10 @@ def test_the_first_screen_has_every_view_and_traces_in_the_models_colours(kind, 
     least = {rgb(tint): screen.shape[1] / 3 for tint in colours(models).values()}  # a trace crosses its lane
     for colour, count in {**least, **(dict.fromkeys((ON, OFF), 20) if kind is trial else {})}.items():
         assert (np.abs(screen - colour).sum(axis=2) <= NEAR).sum() > count, colour
+
+
+def test_a_scene_is_drawn_into_a_file_without_a_screen(tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert main.command(["view", "bright", "--screenshot", str(tmp_path / "scene.png")]) == 0
+    scene = decoded((tmp_path / "scene.png").read_bytes())
+    assert (scene.max(axis=2) < 40).sum() > 300, "the stimulus is black"

@@ -191,7 +191,10 @@ def test_a_trial_without_a_number_is_not_judged(claim, nothing):
         assert verdict.verdict == "not shown" and " have no number in " + column in verdict.measured
 
 
-EFFECTS = {"C15": [1.0, -1.0], "C16": [-1.0], "C18": [0.75], "C20": [0.75], "C29": [-1.0, -1.0], "C31": [1.0]}
+EFFECTS = {
+    "C15": [1.0, -1.0], "C16": [-1.0], "C17": [1.0], "C18": [0.75], "C19": [1.0], "C20": [0.75], "C21": [-0.71],
+    "C29": [-1.0, -1.0], "C31": [1.0],
+}  # fmt: skip
 """Effect sizes of `enough`: of four pairs of angles three are in order, and one is equal."""
 
 
