@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -21,8 +20,6 @@ from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.tests import first_alarm_s
 from experiments.claims.clips import answer
 from tests.helpers import user_files
-
-GOLDEN = Path(__file__).parents[1] / "golden" / "tables"
 
 
 def table(*rows):
@@ -146,15 +143,6 @@ def test_each_model_stands_on_the_boards_of_its_channels():
     assert boards[DIRECTION] & boards[LOOMING] == {"hybrid"}
     assert boards[LOOMING] == {name for name in MODELS if "looming" in MODELS[name].channels}
     assert boards[DIRECTION] | boards[LOOMING] == set(MODELS)
-
-
-@pytest.mark.parametrize("kind", [DIRECTION, LOOMING])
-def test_a_figure_has_a_dot_for_every_score(kind):
-    ranked = pl.read_csv(GOLDEN / f"{board.FILES[kind]}.csv")
-    figure = scoreboard.draw(ranked, board.LABELS, board.CHANCE, board.finding(kind, ranked), board.NOTE)
-    dots = [line.get_xdata() for axes in figure.axes for line in axes.lines if line.get_marker() == "o"]
-    scores = ranked.select(pl.col(board.measures(ranked)).cast(float)).to_numpy()
-    assert sorted(np.concatenate(dots)) == pytest.approx(sorted(scores[np.isfinite(scores)]))
 
 
 def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_model():

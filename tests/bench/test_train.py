@@ -159,8 +159,7 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
     for (measure, behaviour), row in rows.items():
         own = behaviour == "PPO"
         single = report.summary.filter(
-            pl.col("behaviour").str.starts_with("policy-") if own else pl.col("behaviour") == behaviour,
-            measure=measure,
+            pl.col("behaviour").str.starts_with("policy-") if own else pl.col("behaviour") == behaviour, measure=measure
         )
         assert single.height == (3 if own else 1)
         assert row["value"] == pytest.approx(stats.trim_mean(single["value"], 0.25))

@@ -200,13 +200,6 @@ def test_what_cannot_be_shown_is_refused_and_leaves_nothing(source, more, says):
     assert sorted(path.name for path in Path.cwd().iterdir()) == ["empty", "text.mp4"]
 
 
-@pytest.mark.parametrize("rate", [1, 25, 50])
-def test_the_rate_of_a_film_is_its_own(rate):
-    """Models are told by it that their parameters assume another."""
-    source = VideoSource(written(Path(f"{rate}.mkv"), [ARROW] * 5, rate=rate))
-    assert source.fps == source.columns()["fps"] == rate
-
-
 def test_a_camera_has_the_times_of_the_clock_and_its_silence_is_told(monkeypatch):
     film, opened = written(Path("five.mkv"), [np.full((36, 64), 90, np.uint8)] * 5), cv2.VideoCapture
     monkeypatch.setattr(cv2, "VideoCapture", lambda index: opened(film))

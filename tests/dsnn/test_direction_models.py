@@ -3,16 +3,7 @@
 import numpy as np
 import pytest
 
-from dsnn import (
-    MODELS,
-    Flow,
-    FlowParams,
-    FrameError,
-    Hybrid,
-    HybridParams,
-    ThreeArm,
-    ThreeArmParams,
-)
+from dsnn import MODELS, Flow, FlowParams, FrameError, Hybrid, HybridParams, ThreeArm, ThreeArmParams
 from dsnn.stimuli import stimulus
 from tests.dsnn.clips import SHAPE, approach, oblique, texture
 

@@ -1,4 +1,4 @@
-"""What a clip shows and tells, recomputed from its recording: motion, marks, sums, time."""
+"""What a clip shows and tells, recomputed from its recording: motion, outline, sums, time."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_the_outline_is_where_the_object_is(played):
         assert found > 30
 
 
-def test_counts_peaks_and_marks_are_those_of_the_frames(played):
+def test_counts_and_peaks_are_those_of_the_frames(played):
     for trial in played:
         recount(trial)
     assert {-1, 1} == {int(np.sign(v)) for trial in played for v in trial.frames["vs_spikes"] if v}

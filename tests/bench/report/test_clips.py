@@ -1,32 +1,49 @@
 """Figures of clips: what is drawn are the table's numbers, and what their titles find is so."""
 
 import itertools
+import re
 
 import numpy as np
 import polars as pl
 import pytest
 
 from experiments import ClipFigure
-from experiments.bench.report.clips import course_finding, direction_finding, draw, with_responses
-from tests.helpers.figure_rows import clip_frames, clip_trials, strength
+from experiments.bench.report.clips import course_finding, direction_finding, draw, threshold_finding, with_responses
+from tests.helpers.figure_rows import clip_frames, clip_trials, threshold
 
 RENDERED = True
 
-MODELS = ("dsnn", "emd", "dsnn-on-blocked")
-SPEEDS = [{"speed": speed, "grey": grey} for grey in (0.0, 100.0) for speed in (20.0, 60.0, 120.0)]
-THRESHOLDS = {"dsnn": 0.16, "emd": None, "dsnn-on-blocked": 0.3}
-PEAKS = ClipFigure("peaks", along="speed", lines="background_speed", panels="grey")
-KINDS = ("traces", "peaks", "background", "ranges", "contrast")
+MODELS = ("hybrid", "dsnn", "emd", "lgmd1")
+THRESHOLDS = {model: None if model == "emd" else threshold(model) for model in MODELS}
+CHANNELS = {"hybrid": ["HS", "VS", "looming"], "lgmd1": ["looming"]}
 
 
-def drawn(figure, trials, thresholds=THRESHOLDS):
-    return draw(figure, trials, clip_frames(trials), thresholds, "clips")
+def drawn(figure, trials):
+    """The figure, from rows in any order."""
+    given = (table.sample(fraction=1.0, shuffle=True, seed=1) for table in (trials, clip_frames(trials)))
+    return draw(figure, *given, THRESHOLDS, "clips")
 
 
-def lines(figure):
-    """Every line with numbers of the table, by its label and values."""
-    found = [line for axes in figure.axes for line in axes.lines if not line.get_label().startswith("_")]
-    return sorted((line.get_label(), *np.round(line.get_ydata(), 9)) for line in found)
+def panels(figure):
+    """(Name of the row, title of the column) -> axes, as one reads them."""
+    names, titles, found = {}, {}, {}
+    for axes in (axes for axes in figure.axes if axes.get_visible()):
+        row, column = axes.get_subplotspec().rowspan.start, axes.get_subplotspec().colspan.start
+        names.setdefault(row, axes.get_ylabel().partition("\n")[0])
+        titles[column] = axes.get_title("left") or titles[column]
+        found[names[row], titles[column]] = axes
+    return found
+
+
+def dashed(axes):
+    return [line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"]
+
+
+def response(row):
+    if row["model"] == "lgmd1":
+        return row["peak_looming"]
+    channel = "vs" if row["motion"] in ("upward", "downward") else "hs"
+    return max(row[f"peak_{channel}"], -row[f"trough_{channel}"])
 
 
 @pytest.mark.parametrize("rising", range(2, 5))
@@ -47,50 +64,94 @@ def test_the_direction_is_found_where_the_largest_potential_has_it():
     assert " 0 of 3 " in direction_finding(both, THRESHOLDS), "HS is as large either way"
 
 
-def test_traces_are_means_of_the_frames_and_bands_their_range():
-    trials = clip_trials(MODELS, [{"clip": "first"}, {"clip": "second"}], 3)
+def test_a_title_counts_the_trials_that_reach_their_own_model_s_threshold():
+    trials = with_responses(clip_trials(MODELS, SHOWN))
+    limits = {"dsnn": 0.55, "emd": None, "lgmd1": trials.filter(model="lgmd1")["peak_looming"].median()}
+    rows = [row for row in trials.to_dicts() if limits.get(row["model"]) is not None]
+    reached = [row["model"] for row in rows if max(row["hs"], row["peak_looming"]) >= limits[row["model"]]]
+    found = list(map(int, re.findall(r"\d+", threshold_finding(trials, limits))))
+    assert found == [len(reached), len(rows), sum(reached.count(name) == len(rows) / 2 for name in limits), 2]
+
+
+@pytest.mark.parametrize(("models", "count"), [(MODELS, 2), (MODELS[:2], 16)])
+def test_traces_are_means_of_the_frames_and_bands_their_range(models, count):
+    """Sixteen clips take two rows of panels."""
+    trials = clip_trials(models, [{"clip": f"clip {n}", "fps": (30.0, 60.0)[n % 2]} for n in range(count)], 3)
     table = clip_frames(trials).join(trials, on=["trial", "model"])
-    panels = itertools.product(MODELS, ("first", "second"))
-    axes = dict(zip(panels, drawn(ClipFigure("traces"), trials).axes, strict=True))
+    axes = panels(drawn(ClipFigure("traces"), trials))
+    assert axes.keys() == set(itertools.product(models, trials["clip"]))
     for (model, clip), panel in axes.items():
-        of_panel = table.filter(model=model, clip=clip).group_by("frame", maintain_order=True)
-        expected = of_panel.agg(mean=pl.col("hs").mean(), low=pl.col("hs").min(), high=pl.col("hs").max())
-        (line,) = (line for line in panel.lines if line.get_label() == "HS")
-        assert list(line.get_ydata()) == pytest.approx(expected["mean"].to_list())
-        assert list(line.get_xdata()) == pytest.approx([frame / 30.0 for frame in expected["frame"]])
-        band = panel.collections[0].get_datalim(panel.transData)
-        assert (band.y0, band.y1) == pytest.approx((expected["low"].min(), expected["high"].max()))
-        level = THRESHOLDS[model]
-        dashed = [line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "--"]
-        assert dashed == ([level, -level] if level is not None else []), "a threshold that is None is not drawn"
+        lines = [line for line in panel.lines if line.get_linestyle() == "-"]
+        assert [line.get_label() for line in lines] == CHANNELS.get(model, ["HS", "VS"])
+        for line, band in zip(lines, panel.collections, strict=True):
+            channel = line.get_label().lower()
+            rows = [of[channel].to_list() for _, of in table.filter(model=model, clip=clip).group_by("trial")]
+            np.testing.assert_allclose(line.get_ydata(), np.mean(rows, axis=0), atol=1e-12)
+            np.testing.assert_allclose(line.get_xdata(), np.arange(12) / (60.0 if int(clip[5:]) % 2 else 30.0))
+            limits = band.get_datalim(panel.transData)
+            assert (limits.y0, limits.y1) == pytest.approx((np.min(rows), np.max(rows)))
+        level, signed = THRESHOLDS[model], model != "lgmd1"
+        assert dashed(panel) == ([level, -level][: 1 + signed] if level else []), "one that is None is not drawn"
 
 
-def test_lines_of_curves_are_means_of_responses():
-    trials = clip_trials(MODELS, SPEEDS, 3)
-    expected = with_responses(trials).group_by("model", "grey", "speed").agg(pl.col("response").mean()).sort("speed")
-    curves = [tuple(np.round(curve["response"], 9)) for _, curve in expected.group_by("model", "grey")]
-    assert sorted(values for _, *values in lines(drawn(PEAKS, trials))) == sorted(map(list, curves))
+GREYS = (0.0, 128.0, 255.0)
+SHOWN = [
+    {"speed": speed, "grey": grey, "background_speed": behind, "motion": motion}
+    for grey in GREYS
+    for behind in (-60.0, 30.0)
+    for speed in (20.0, 60.0)
+    for motion in ("leftward", "upward", "receding")
+]
+SHOWN += [{"object": "absent", "background_speed": behind} for behind in (-60.0, 30.0)]  # fmt: skip
+PARTS = {
+    "peaks": [({"object": "dark", "grey": grey}, "speed", "background_speed") for grey in GREYS],
+    "contrast": [({"object": "dark"}, "speed", "grey"), ({"object": "dark"}, "grey", "speed")],
+    "background": [({"object": "absent"}, "px", "shade"), ({"depth": True}, "px", "shade"),
+                   *(({"depth": False, "grey": grey}, "px", "speed") for grey in GREYS[::2])],
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("unit", "speeds"), [("px/s", (-30.0, 60.0)), ("px/frame", (-1.0, 2.0))])
-def test_a_background_s_speed_is_in_px_a_frame_whatever_its_unit(unit, speeds):
-    """At 30 frames/s."""
-    trials = clip_trials(["dsnn"], [{"speed_unit": unit, "background_speed": speed} for speed in speeds])
-    (axes,) = drawn(ClipFigure("background"), trials).axes
-    assert [1.0, 2.0] in [list(line.get_xdata()) for line in axes.lines if not line.get_label().startswith("_")]
+@pytest.mark.parametrize("unit", ["px/s", "px/frame"])
+@pytest.mark.parametrize("kind", PARTS)
+def test_curves_are_means_of_responses_at_their_levels(kind, unit):
+    """A row of panels for each model, a panel for each part, a line for each level; at 30 frames/s."""
+    trials = clip_trials(MODELS, [clip | {"speed_unit": unit} for clip in SHOWN], 3)
+    figure = drawn(ClipFigure(kind), trials)
+    assert re.findall(r"n = (\d+)", figure._supxlabel.get_text()) == ["3"]
+    present, px = pl.col("object") == "dark", pl.col("background_speed").abs() / (30.0 if unit == "px/s" else 1.0)
+    table = trials.with_columns(response=pl.Series(map(response, trials.to_dicts())), px=px,
+                                shade=pl.when(present).then("grey"),
+                                depth=pl.when(present).then(pl.col("motion") == "receding"))  # fmt: skip
+    cells = {(model, title[0]): (axes, title.replace("\n", " ")) for (model, title), axes in panels(figure).items()}
+    assert cells.keys() == set(itertools.product(MODELS, "abcd"[: len(PARTS[kind])]))
+    for (model, letter), (axes, title) in cells.items():
+        where, along, by = PARTS[kind]["abcd".index(letter)]
+        assert f" {where.get('grey', 0.0):g}:" in title or "grey" not in where
+        lines = [line for line in axes.lines if line.get_linestyle() == "-" and line.get_marker() == "o"]
+        for line, of in zip(lines, table.filter(model=model, **where).sort(by, along).partition_by(by), strict=True):
+            means = [(at[along][0], sum(at["response"]) / len(at)) for at in of.partition_by(along)]
+            assert of[by][0] is None or f"{of[by][0]:g}" in re.split(r"[ ,]+", line.get_label())
+            np.testing.assert_allclose(line.get_xydata(), means)
+        assert dashed(axes) == ([THRESHOLDS[model]] if THRESHOLDS[model] else [])
 
 
-def test_ranges_reach_from_the_smallest_to_the_largest_response():
-    trials = clip_trials(MODELS, [*SPEEDS, {"object": "absent"}], 2)
-    (axes,) = drawn(ClipFigure("ranges"), trials).axes
-    bars = [line.get_xdata() for line in axes.lines if line.get_label() == "object crosses"]
-    assert bars == [pytest.approx([strength(model) * 0.9, strength(model) * 1.1]) for model in MODELS]
-    limits = {line.get_xdata()[0] for line in axes.lines if line.get_label() == "threshold"}
-    assert limits == {0.16, 0.3}
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_order_of_rows_changes_nothing(kind):
-    trials = clip_trials(MODELS, [*SPEEDS, {"object": "absent"}], 2)
-    figure = PEAKS if kind == "peaks" else ClipFigure(kind)
-    assert lines(drawn(figure, trials)) == lines(drawn(figure, trials.sample(fraction=1.0, shuffle=True, seed=1)))
+def test_ranges_reach_from_the_smallest_to_the_largest_response_of_each_model():
+    trials = clip_trials(MODELS, SHOWN, 2)
+    whole = drawn(ClipFigure("ranges"), trials)
+    (axes,) = whole.axes
+    names = {tick.get_position()[1]: tick.get_text() for tick in axes.get_yticklabels()}
+    found = {}
+    for line in axes.lines:
+        kind = "dots" if line.get_marker() == "o" else line.get_label()
+        found.setdefault((names[round(np.mean(line.get_ydata()))], kind), []).extend(sorted(line.get_xdata()))
+    above = []
+    for model in MODELS:
+        rows = trials.filter(model=model).to_dicts()
+        alone, crossing = (sorted(response(row) for row in rows if row["motion"] != "receding" and
+                                  (row["object"] == "absent") == absent) for absent in (True, False))  # fmt: skip
+        assert found.pop((model, "object crosses")) == [crossing[0], crossing[-1]]
+        assert found.pop((model, "background alone")) == [alone[0], alone[-1]]
+        assert sorted(found.pop((model, "dots"))) == sorted(crossing + alone)
+        assert found.pop((model, "threshold"), [None] * 2) == [THRESHOLDS[model]] * 2
+        above += [one > alone[-1] for one in crossing]
+    assert not found and list(map(int, re.findall(r"\d+", whole.get_suptitle())))[:2] == [sum(above), len(above)]

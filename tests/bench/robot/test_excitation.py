@@ -12,12 +12,7 @@ from dsnn.direction import reference as layers
 from dsnn.filters import alpha
 from experiments.bench import registry
 from experiments.bench.reproduce import QUICK, planned
-from experiments.bench.sources.excitation import (
-    BALANCED,
-    NEEDED,
-    WHOLE,
-    sums,
-)
+from experiments.bench.sources.excitation import BALANCED, NEEDED, WHOLE, sums
 from experiments.bench.trials import plan
 
 SHAPE, FRAMES = (24, 40), 24

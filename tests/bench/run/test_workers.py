@@ -65,12 +65,7 @@ def dask():
         yield pool
 
 
-POOLS = {
-    "here": lambda: started(0),
-    "one worker": lambda: started(1),
-    "two": lambda: started(2),
-    "dask": dask,
-}
+POOLS = {"here": lambda: started(0), "one worker": lambda: started(1), "two": lambda: started(2), "dask": dask}
 
 
 @pytest.mark.parametrize("kind", POOLS)

@@ -9,12 +9,7 @@ from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
 from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, OPTOMOTOR
-from experiments.bench.sources.episodes import (
-    load_behaviour,
-    play,
-    response,
-    wheels,
-)
+from experiments.bench.sources.episodes import load_behaviour, play, response, wheels
 from tests.helpers.recordings import columns
 
 STEPS = 6

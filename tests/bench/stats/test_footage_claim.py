@@ -4,13 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from experiments.bench.sources.motion import (
-    LEAST_FRAMES,
-    LEAST_SECONDS,
-    LEVEL,
-    grades,
-    mean_flow,
-)
+from experiments.bench.sources.motion import LEAST_FRAMES, LEAST_SECONDS, LEVEL, grades, mean_flow
 from experiments.claims.footage import c12, stronger
 from tests.helpers.footage import street
 

@@ -11,14 +11,7 @@ from experiments.bench.stats.checks import Check
 from experiments.bench.stats.claim import PAPER, claim_ids, claims_on
 from experiments.bench.stats.verdict import Outcome
 from experiments.claims.clips import ASSUMED, compared
-from experiments.claims.readings import (
-    CHOSEN_FOR,
-    DELAYS,
-    READINGS,
-    UNITS,
-    WINDOW,
-    bears_on,
-)
+from experiments.claims.readings import CHOSEN_FOR, DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.claims.robot import FALLING
 from experiments.clips import CLUTTER_SPEED, PER_FRAME, prefix
 from experiments.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, outcomes
