@@ -104,6 +104,7 @@ def test_the_command_does_what_python_does_with_other_models_sizes_and_rates(fil
     run = watch(film, models="dsn2017", settings=settings, fps=25, size=(160, 120), out="b", quiet=True)
     assert run.frames.equals(pl.read_parquet("a/frames.parquet")) and run.frames.height == 2 * FRAMES
     assert any("33%" in note for note in run.description["notes"])
+    assert run.trials.select("width", "height").row(0) == (160, 120)
     small = [cv2.resize(frame, (160, 120), interpolation=cv2.INTER_AREA) for frame in decoded(film)]
     expected = DSNN((120, 160), DSNNParams.offline(t_sp=0.1, fps=25)).run(small)
     np.testing.assert_array_equal(run.frames.filter(pl.col("model") == "dsnn")["hs"], expected.hs)
@@ -210,6 +211,8 @@ def test_a_camera_has_the_times_of_the_clock_and_its_silence_is_told(monkeypatch
     np.testing.assert_allclose([sample.time_s for sample in samples], [0.0, 0.04, 0.08, 0.13, 0.2])
     assert all((sample.image == 90).all() and sample.image.shape == (36, 64) for sample in samples)
     assert "no more frames after 5" in source.ended_early(5, 0.2)
+    coloured = np.full((4, 4, 3), (200, 100, 50), np.uint8)  # blue, green, red
+    assert (video.resized(coloured, (2, 2)) == round(0.114 * 200 + 0.587 * 100 + 0.299 * 50)).all()
 
 
 def test_uneven_times_are_noted_and_a_film_may_change_its_size():

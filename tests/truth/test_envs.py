@@ -13,6 +13,8 @@ import colias_sim  # noqa: F401
 from tests.truth.files import picture
 
 FOCAL_PX, FPS, TOP_CM_S, HALF_VIEW_DEG = 49.5 / math.tan(math.radians(35)), 30.0, 35.0, 35.0
+SET = {"Optomotor": {"fastest_deg_s": 50.0}, "Pursuit": {"distance_cm": 7.0}}
+"""What is set otherwise than usual where terms are recomputed."""
 
 
 def effort(left, right):
@@ -25,13 +27,13 @@ def centre(info):
 
 TERMS = {
     "Optomotor": lambda info, left, right: {
-        "hold": max(1 - abs(info["slip_deg_s"]) / 90, -1), "effort": effort(left, right)
+        "hold": max(1 - abs(info["slip_deg_s"]) / 50, -1), "effort": effort(left, right)
     },
     "Fixation": lambda info, left, right: {
         "centre": centre(info), "effort": effort((left - right) / 2, (right - left) / 2)
     },
     "Pursuit": lambda info, left, right: {
-        "distance": max(1 - abs(info["gap_cm"] - 10) / 10, -1), "centre": centre(info)
+        "distance": max(1 - abs(info["gap_cm"] - 7) / 7, -1), "centre": centre(info)
     },
     "Avoidance": lambda info, left, right: {"ahead": info["ahead_cm"] * FPS / TOP_CM_S},
 }  # fmt: skip
@@ -68,7 +70,7 @@ def ahead_cm(before, after):
 def test_the_reward_is_the_sum_of_its_pages_terms(name):
     rng, steps = np.random.default_rng(5), []
     for _, (left, right), before, _, reward, ended, info in episode(
-        name, lambda _: rng.uniform(-1, 1, 2), 60, observation="state"
+        name, lambda _: rng.uniform(-1, 1, 2), 60, observation="state", **SET.get(name, {})
     ):
         ahead = ahead_cm(before, info)
         terms = TERMS[name](info | {"ahead_cm": ahead}, left, right) | {"touch": -10.0 * info["touched"]}
@@ -85,10 +87,12 @@ def test_the_reward_is_the_sum_of_its_pages_terms(name):
 
 
 def test_driving_into_the_wall_costs_10_and_ends_the_episode():
-    steps = list(episode("Avoidance", lambda _: (1, 1), 200, observation="state", robots=1))
+    steps = list(
+        episode("Avoidance", lambda _: (1, 1), 200, observation="state", robots=1, robot={"max_speed_cm_s": 25.0})
+    )
     rewards = [info["reward_ahead"] for *_, info in steps]
     driven = sum(ahead_cm(before, info) for _, _, before, *_, info in steps)
-    assert sum(rewards) / FPS * TOP_CM_S == pytest.approx(driven, rel=0.02)
+    assert sum(rewards) / FPS * 25.0 == pytest.approx(driven, rel=0.02)
     *_, reward, ended, info = steps[-1]
     assert ended and info["touched"] and info["reward_touch"] == -10.0 and reward < -9
     assert math.hypot(info["x_cm"], info["y_cm"]) == pytest.approx(45 - 2, abs=0.5), "a hull of 2 cm at the wall"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import experiments
-from tests.truth.files import EYE, OBSERVER, STIMULUS, recount, trials
+from tests.truth.files import OBSERVER, STIMULUS, recount, trials
 from tests.truth.flow import moved
 
 FPS, FOCAL_PX, RADIUS_CM, HEIGHT_CM = 30.0, 49.5 / math.tan(math.radians(35)), 2.0, 3.0
@@ -57,14 +57,6 @@ def dark_edges(image):
 def test_the_greys_of_a_row_are_the_ends_of_its_images(played):
     for row, images in ((trial.row, trial.recording.images) for trial in played):
         assert (row["darkest"], row["brightest"]) == (images.min(), images.max())
-
-
-def test_the_pinhole_is_that_of_the_robots_camera(first):
-    recording = first["translation", "rightward"].recording
-    lens, turn, _ = recording.pinhole()
-    assert recording.images.shape[1:] == (72, 99)
-    assert lens[0, 0] == pytest.approx(FOCAL_PX, abs=0.01) and lens[1, 1] == pytest.approx(FOCAL_PX, abs=0.01)
-    assert np.linalg.det(turn) == pytest.approx(1), EYE
 
 
 @pytest.mark.parametrize("direction", ["rightward", "leftward"])

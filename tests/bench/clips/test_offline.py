@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import polars as pl
 import pytest
 from scipy import stats
@@ -10,7 +11,7 @@ from experiments import NAMES, OFFLINE
 from experiments.bench import offline, registry
 from experiments.bench.offline import is_random
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import Clip, OfflineExperiment
+from experiments.bench.sources.clips import BOX, Clip, OfflineExperiment, recorded
 from experiments.bench.stats.claim import claims_on
 
 
@@ -24,6 +25,21 @@ def test_every_declaration_shows_the_models_that_its_claims_compare_plain_and_on
 
 
 CLIP = Clip("c", "plain", (("rows", 60), ("columns", 80), ("width", 20), ("height", 30), ("speed", 240.0)))
+
+
+def test_a_recorded_clip_has_its_own_clock_and_no_outline_where_there_is_no_object():
+    clip = Clip("two", "street", {"movers": "opposite", "fps": 20.0, "rows": 90, "columns": 160, "height": 60.0})
+    samples = list(clip.open(0))[:-20]
+    frames, (_, boxes) = recorded(samples, {})
+    np.testing.assert_allclose(frames.time_s, np.arange(len(samples)) / 20)
+    held, outlines = boxes.to_record_batch(), [[sample.truth[name] for name in BOX] for sample in samples]
+    assert 0 < outlines.count([None] * 4) < len(outlines)
+    for centres, halves, (left, top, width, height) in zip(
+        *(held[f"Boxes2D:{name}"].to_pylist() for name in ("centers", "half_sizes")), outlines, strict=True
+    ):
+        drawn = np.add(centres, np.outer([-1, 1], halves[0])) if centres else np.zeros((0, 2))
+        true = [(left, top), (left + width, top + height)] if width else np.zeros((0, 2))
+        np.testing.assert_allclose(drawn, true, atol=1e-4)
 
 
 TREMBLING = dataclasses.replace(CLIP, name="d", jitter_px=1.0)

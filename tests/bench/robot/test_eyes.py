@@ -41,6 +41,9 @@ def test_the_recording_shows_what_each_eye_saw_through_its_lens_and_what_its_mod
     for eye, single in ((default, alone()), (other, true)):
         np.testing.assert_array_equal(held[f"{eye}/image"]["buffer"], single.media.images[""].reshape(-1, 1, 72 * 99))
         assert all(held[eye][name] == held[default][name] for name in ("image_from_camera", "mat3x3", "translation"))
+    for answer, eye in zip(seen.answers, (default, other), strict=True):
+        images = np.array(held[f"{eye}/image"]["buffer"])
+        assert (answer.darkest, answer.brightest) == (images.min(), images.max())
     assert f"{default}/exposure" not in held, "of a fixed exposure of all rows there is nothing to tell"
     np.testing.assert_array_equal(np.ravel(held[f"{other}/exposure"]["scalars"]), true.columns.exposure_ms)
     told = held["/__properties/trial"]

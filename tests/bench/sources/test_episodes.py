@@ -8,7 +8,7 @@ import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
-from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, OPTOMOTOR
+from experiments.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, OPTOMOTOR, PURSUIT
 from experiments.bench.sources.episodes import load_behaviour, play, response, wheels
 from tests.helpers.recordings import columns
 
@@ -98,6 +98,12 @@ def test_an_rms_keeps_swings_that_cancel_in_the_gain():
     episode.infos["slip_deg_s"] = [50.0, -50.0] * 20
     row = episode.row()
     assert (row["optomotor_gain"], row["rms_slip_deg_s"]) == pytest.approx((1.0, 50.0), abs=0.01)
+
+
+def test_errors_of_gap_and_bearing_are_sizes_against_the_distance_that_is_set():
+    episode = play(BEHAVIOURS["still"], PURSUIT, {"distance_cm": 6.0}, 0, 4)
+    episode.infos |= {"gap_cm": [4.0, 4.0, 8.0, 12.0], "bearing_deg": [10.0, -10.0, 50.0, -50.0]}
+    assert (episode.row()["gap_error_cm"], episode.row()["off_axis_deg"]) == (3.0, 30.0)
 
 
 # --- recordings -------------------------------------------------------------------------------------------------------

@@ -62,13 +62,13 @@ def test_neural_observations_stay_in_the_space_and_spikes_of_skipped_frames_are_
     env = bare(FIXATION, observation="neural", model=lambda shape: Stated(beyond), noise=10.0, frame_skip=30)
     for observation, *_ in episode(env, seed=1, steps=3):
         assert env.observation_space.contains(observation)
-    few = dsnn.Response(hs=0.01, hs_spikes=1, vs_spikes=-1)
+    few = dsnn.Response(hs=0.01, hs_spikes=1, vs_spikes=-1, looming=0.25, looming_spikes=1, azimuth=-0.5)
     env = bare(FIXATION, observation="neural", model=lambda shape: Stated(few), frame_skip=3)
     for _ in range(2):
         first, _ = env.reset(seed=0)
-        assert first[:4].tolist() == pytest.approx([0.01, 0.0, 1, -1])
+        assert first.tolist() == pytest.approx([0.01, 0.0, 1, -1, 0.25, 1, -0.5])
         then, *_ = env.step([0.0, 0.0])
-        assert then[:4].tolist() == pytest.approx([0.04, 0.0, 3, -3])
+        assert then.tolist() == pytest.approx([0.04, 0.0, 3, -3, 0.25, 3, -0.5])
 
 
 # Seeds.

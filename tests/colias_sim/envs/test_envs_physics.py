@@ -222,3 +222,10 @@ def test_the_state_tells_how_a_target_moves_as_its_poses_do():
         assert (other.ahead, other.left) == pytest.approx((x * cos + y * sin, y * cos - x * sin), abs=0.01)
         aside.append(other.left)
     assert max(map(abs, aside)) > 0.015
+
+
+def test_the_target_is_the_first_in_the_state_even_where_another_is_nearer():
+    env = bare("colias_sim/Pursuit-v0", observation="state", robots=2)
+    poses = {"observer": (0.0, 0.0, 0.0), "parked1": (0.0, 8.0, 0.0), "target": (20.0, 0.0, 0.0)}
+    env.reset(seed=0, options={"poses": poses})
+    assert [other.distance for other in env.state.others] == pytest.approx([0.16, 0.04], abs=5e-3), "it has begun to go"

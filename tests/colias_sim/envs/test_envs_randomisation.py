@@ -15,6 +15,7 @@ from colias_sim.envs.options import EnvOptions, checked
 from colias_sim.envs.randomise import FACTORS
 from colias_sim.scene import compile_model
 from tests.helpers.envs import FIXATION, bare, every_env, fingerprint
+from tests.truth.flow import moved
 
 OPTOMOTOR, AVOIDANCE = "colias_sim/Optomotor-v0", "colias_sim/Avoidance-v0"
 EYE = "ov7670"
@@ -124,6 +125,21 @@ def test_a_wall_s_contrast_is_that_of_a_scene_made_so_to_every_eye():
     np.testing.assert_array_equal(env._sim.model.tex_data, model.tex_data)
     assert bands[1] == pytest.approx(0.4 * bands[0], rel=0.1)
     assert np.ptp(env.render()[20:36].astype(float)) == pytest.approx(bands[1], rel=0.1)
+
+
+def test_gains_and_tilts_and_shells_are_of_the_sides_and_robots_that_they_name():
+    """A faster left wheel turns to the right; an eye tilted up and left sees the scene farther down and right."""
+    env = bare(OPTOMOTOR, camera="ideal", robots=2, slowest_deg_s=0.0, fastest_deg_s=1e-9)
+    env.reset(seed=1, options={"wheel_gain": (1.2, 0.8), "shell": 0.6})
+    turns = [env.step([0.3, 0.3])[-1]["turn_deg_s"] for _ in range(20)]
+    assert turns[-1] == pytest.approx(math.degrees(0.3 * 35.0 * (0.8 - 1.2) / RobotConfig().track_cm), rel=0.03)
+    assert all((env._sim.model.material(f"parked{i}/shell").rgba[:3] == np.float32(0.6)).all() for i in (1, 2))
+    pictures, far = [], CameraConfig().focal_px * math.tan(math.radians(3.0))
+    for tilt in ((0.0, 0.0), (3.0, 0.0), (0.0, 3.0)):
+        env.reset(seed=1, options={"tilt": tilt})
+        pictures.append(env.luma)
+    assert moved(np.array(pictures[:2])) == pytest.approx([0.0, far], abs=0.5)
+    assert moved(np.array(pictures[::2])) == pytest.approx([far, 0.0], abs=0.5)
 
 
 def test_latency_delays_what_the_wheels_are_told():
