@@ -141,6 +141,19 @@ def test_the_background_shifts_as_commanded(image, speed):
     assert {frame.truth.box for frame in clip} == {None}
 
 
+@pytest.mark.parametrize("motion", ["rightward", "looming"])
+def test_speeds_by_the_frame_are_those_by_the_second(motion):
+    """Of the object and of the background."""
+    clips = [
+        lumas(stimulus("cluttered", rows=40, columns=80, fps=25.0, motion=motion, duration_s=0.4, **speeds))
+        for speeds in (
+            {"speed": 100.0, "background_speed": -50.0},
+            {"speed": 4.0, "background_speed": -2.0, "speed_unit": "px/frame"},
+        )
+    ]
+    np.testing.assert_array_equal(*clips)
+
+
 @pytest.mark.parametrize("image", ["photograph", "pink"])
 def test_the_background_repeats_without_a_seam(image):
     """No step between neighbouring columns stands out, where the image meets itself least of all."""
