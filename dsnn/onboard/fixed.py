@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -102,6 +103,7 @@ class FixedPoint:
         return 48 + sum(-(-part // 8) * 8 for part in parts) + 8
 
 
+@lru_cache(maxsize=8)
 def constants(shape: tuple[int, int], params: OnboardParams) -> FixedPoint:
     """Compute the whole numbers of a network.
 
@@ -143,11 +145,10 @@ def constants(shape: tuple[int, int], params: OnboardParams) -> FixedPoint:
         companding=int(q.companding and q.state_bits == 8), lamina_bits=q.lamina_bits, p_frac=p_frac,
         la_frac=la_frac, f_frac=f_frac, g_frac=g_frac, work_frac=max(f_frac, la_frac) + 1, f_max=f_max,
         sigma_l=_q(q.sigma_l), left_fast=_q(left_fast, 31), left_slow=_q(left_slow, 31), w_i=_q(q.w_i),
-        field_shift=field_shift,
-        alpha_mp=_q(alpha(q.tau_mp, q.dt)), plate_limit=limit, plate_shift=shift, plate_gain=gain, plate_right=right,
-        thresholds_count=len(thresholds), residues=tuple(_q(residue(q.u, i)) for i in range(1, q.n_p + 1)),
-        kernel_e=_kernel(q.d), kernel_i=_kernel(2 * q.d),
-        alphas=alphas, decode=tuple(decoded(_CODES, q.companding).tolist()), decay=_decay(q, alphas),
+        field_shift=field_shift, alpha_mp=_q(alpha(q.tau_mp, q.dt)), plate_limit=limit, plate_shift=shift,
+        plate_gain=gain, plate_right=right, thresholds_count=len(thresholds), kernel_e=_kernel(q.d),
+        kernel_i=_kernel(2 * q.d), residues=tuple(_q(residue(q.u, i)) for i in range(1, q.n_p + 1)), alphas=alphas,
+        decode=tuple(decoded(_CODES, q.companding).tolist()), decay=_decay(q, alphas),
         sigmoid=tuple(
             min(round(32768.0 * (1.0 / (1.0 + exp(-i / SIGMOID_STEPS)) - 0.5)), HALF)
             for i in range(SIGMOID_END * SIGMOID_STEPS + 1)
