@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
+import math
+import re
+from types import SimpleNamespace
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -125,30 +130,56 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     assert [one[name] for name in names[1:]] == [6.0, 6.0, 1] and two["not shown"] == 0
 
 
-@pytest.mark.parametrize(
-    ("name", "asked", "ends"),
-    [
-        ("general", {"claims": ("C13",)}, ("low", "high")),
-        ("general", {"measures": ("spikes",)}, ("ci_low", "ci_high")),
-        ("ensembles", {"measures": ("peak-speed-potential",)}, ("lowest", "highest")),
-    ],
-)
-def test_a_curve_is_the_table_with_the_interval_of_a_share_or_a_mean_and_the_range_of_other_numbers(name, asked, ends):
-    """By panel: of claims one each, of a measure one for each condition."""
-    plan = planned([name], "dsnn.t_sp=0.2,0.3", replicates=3, repeats=5, **asked)
-    strength = {"mean_hs_near_axis": lambda place: float(place % 7), "spikes": lambda place: place % 11}
-    rows = [row | {column: of(row["trial"] + 3 * row["model"].endswith("3")) for column, of in strength.items()}
-            for row in answers_of(plan.specs)]  # fmt: skip
-    result = read(plan, rows)
-    table = result.numbers if "measures" in asked else result.counts.with_columns(value=pl.col("holds") / 3)
-    panels = [axes for axes in draw(result).axes if axes.lines]
-    lines = [axes.lines[0].get_ydata() for axes in panels]
-    whiskers = [[segment[:, 1] for segment in axes.collections[0].get_segments()] for axes in panels]
-    what = "measure" if "measures" in asked else "claim"
-    for of, drawn, reach in zip(table.partition_by(what, maintain_order=True), lines, whiskers, strict=True):
-        assert list(drawn) == pytest.approx(of["value"].to_list())
-        assert [tuple(pair) for pair in reach] == [pytest.approx(pair) for pair in of.select(ends).rows()]
-        assert all(low < high for low, high in of.select(ends).rows())
+@pytest.mark.parametrize("kind", ["ranges", "means", "map", "named"])
+def test_a_figure_has_the_table_s_numbers_at_the_levels_that_its_ticks_name(kind):
+    """Curves have the interval of a share or a mean, other numbers their range; maps how often a claim holds.
+
+    A panel for each claim and measure of each model; with named levels one, of points and claims.
+    """
+    rng, counts, numbers, expected = np.random.default_rng(0), [], [], {}
+    flat = kind in ("map", "named")
+    for x, y, model in itertools.product((0.2, 0.3, 0.4), (1.0, 2.0) if flat else (None,), ("dsnn", "emd")):
+        point = {"dsnn.t_sp": x, "model": model, **({"dsnn.d": y} if flat else {})}
+        level = f"{y:g}" if flat else ""
+        for claim in ("C13", "C14"):  # C14 hangs on constants that are not known, and is shown by its half
+            held = int(rng.integers(1, 6)) * (x > 0.2 or not flat)
+            row = {"claim": claim, "holds": held, "fails": 0, "unknown constants": 0, "not shown": 5 - held}
+            row |= {"low": held / 10, "high": held / 10 + 0.5}
+            counts.append(point | row | ({"holds": 0, "unknown constants": held} if claim == "C14" else {}))
+            at = ("", claim, f"{x}, {y}, {model}") if kind == "named" else (f"- ({claim}), {model}", f"{x:g}", level)
+            text = f"{held}/5{'h' * (claim == 'C14')}" if held else "-"
+            expected[at] = held / 5 if held else math.nan, text if flat else pytest.approx((row["low"], row["high"]))
+        for measure in () if kind == "named" else ("peak: dark", "peak: light"):
+            value = float(rng.normal())
+            row = {"measure": measure, "value": value, "lowest": value - 1, "highest": value + 2}
+            low, high = row["lowest"], row["highest"]
+            if kind == "means":
+                row |= {"ci_low": (low := value - 0.1), "ci_high": (high := value + 0.3)}
+            numbers.append(point | row)
+            expected[f"{measure}, {model}", f"{x:g}", level] = value, None if flat else pytest.approx((low, high))
+    axes = levels_of(("dsnn.t_sp=0.2,0.3,0.4", "dsnn.d=1,2")[: 1 + flat])
+    study = SimpleNamespace(axes=axes if kind == "named" else {}, summary="", replicates=5)
+    claims = [(SimpleNamespace(id=claim, title="-"), None) for claim in ("C13", "C14")]
+    figure = draw(SimpleNamespace(axes=axes, study=study, claims=claims, seed=0, counts=pl.DataFrame(counts),
+                                  numbers=pl.DataFrame(numbers)))  # fmt: skip
+    values, found = [row["value"] for row in numbers], {}
+    for panel in (panel for panel in figure.axes if panel.images or panel.lines):
+        title = panel.get_title("left").replace("\n", " ")
+        across, up = panel.xaxis.get_major_formatter(), panel.yaxis.get_major_formatter()
+        if not flat:
+            whiskers = panel.collections[0].get_segments()
+            for (x, value), segment in zip(panel.lines[0].get_xydata(), whiskers, strict=True):
+                found[title, across(x), ""] = value, tuple(segment[:, 1])
+            continue
+        texts = {text.xy: text.get_text() for text in panel.texts}
+        for (j, i), value in np.ndenumerate(panel.images[0].get_array().filled(math.nan)):
+            found[title, across(i), up(j)] = value, texts.get((i, j))
+        assert panel.images[0].get_clim() == ((0.0, 1.0) if texts else (min(values), max(values)))
+    assert found == {at: (pytest.approx(value, nan_ok=True), more) for at, (value, more) in expected.items()}
+    shares = [value for (name, *_), (value, _) in expected.items() if not name.startswith("peak")]
+    told = [shares.count(1.0), len(shares), 8 * flat, *([min(values), max(values)] if values else [])]
+    assert [float(n) for n in re.findall(r"-?[\d.]+", figure.get_suptitle())] == pytest.approx(told, rel=0.01)
+    assert "n = 5," in figure._supxlabel.get_text()
 
 
 # --- the plan ---------------------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """Tuning curves: preferences of detectors made up by formulas, laws of clips and models, the run and its tables."""
 
+import itertools
 import math
 
 import numpy as np
@@ -65,13 +66,44 @@ def test_looming_is_preferred_where_it_beats_receding_and_crossing():
 
 
 def test_a_detector_that_fires_at_an_angle_does_so_at_every_l_over_v():
-    """In the table of preferences, and in the figure of approaches."""
     rows = [{"curve": "l-over-v", "line": "dark looming", "x": s, "contact_s": s / math.tan(math.radians(15.0))}
             for s in (0.02, 0.08, 0.64)]  # fmt: skip
     assert tune.preferences(table(rows), "m", ("looming",))["fires_deg"] == pytest.approx(30.0)
-    figure = draw(table(rows), tune.CURVES["l-over-v"], {})
-    (axes,) = [axes for axes in figure.axes if axes.get_ylabel() == MEASURES["angle_deg"]]
-    np.testing.assert_allclose(axes.lines[0].get_ydata(), 30.0)
+
+
+@pytest.mark.parametrize("curve", ["speed", "direction", "l-over-v", "frequency"])
+def test_a_figure_has_the_points_of_each_model_at_their_places(curve):
+    """Of several phases the first; of directions HS and VS of gratings; in a map shares of the largest response."""
+    rng, along = np.random.default_rng(0), tune.CURVES[curve]
+    lines = {"direction": ("grating", "square"), "frequency": ("grating",)}.get(curve, ("dark", "light"))
+    y = (1.0, 2.0, 4.0, 8.0) if curve == "frequency" else (0.0,)
+    rows = []
+    for model, line, repeat, x, rate in itertools.product("ab", lines, (0, 1), (0.05, 0.2, 0.1), y):
+        row = {"curve": curve, "model": model, "line": line, "repeat": repeat, "x": x, "y": rate}
+        row |= dict(zip(("response", "hs", "vs"), rng.normal(size=3), strict=True))
+        rows.append(row | {"spikes": int(rng.integers(9)), "contact_s": x * rng.uniform(1, 3)})
+    figure, model = draw(table(rows), along, {}), ""
+    for place, axes in enumerate(axes for axes in figure.axes if axes.images or axes.lines):
+        model = axes.get_title("left") or model
+        own = [row | {"angle_deg": 2 * math.degrees(math.atan(row["x"] / row["contact_s"]))}
+               for row in rows if (row["model"], row["repeat"]) == (model, 0)]  # fmt: skip
+        across, up = axes.xaxis.get_major_formatter(), axes.yaxis.get_major_formatter()
+        if axes.images:
+            largest, shown = max(abs(row["response"]) for row in own), axes.images[0].get_array()
+            shares = {(f"1/{1 / row['x']:.0f}", f"{row['y']:g}"): row["response"] / largest for row in own}
+            for i, j in itertools.product(axes.get_xticks(), axes.get_yticks()):
+                assert shown[j, i] == pytest.approx(shares[across(i), up(j)])
+            continue
+        column = {label: name for name, label in MEASURES.items()}.get(axes.get_ylabel(), "response")
+        expected = {}
+        for row in sorted(own, key=lambda row: row["x"]):
+            values = {"hs": row["hs"], "vs": row["vs"]} if curve == "direction" else {row["line"]: row[column]}
+            for name, value in values.items() if row["line"] != "square" else ():
+                expected.setdefault(name, []).append([row["x"], value])
+        drawn = {line.get_color(): line.get_xydata().tolist() for line in axes.lines if line.get_marker() == "o"}
+        assert sorted(drawn.values()) == sorted(expected.values()) and model in "ab"
+        labels = {text.get_text(): (drawn[text.get_color()], list(text.xy)) for text in axes.texts}
+        assert labels == ({name: (points, points[-1]) for name, points in expected.items()} if place == 0 else {})
 
 
 # --- clips and models -------------------------------------------------------------------------------------------------

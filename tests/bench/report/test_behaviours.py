@@ -1,11 +1,15 @@
 """Behaviours' figures, by tables made up for them: no behaviour is called best beyond its interval."""
 
+import numpy as np
 import polars as pl
 import pytest
-from matplotlib.figure import Figure
 
-from colias_sim.envs import RETURN
-from experiments.bench.report.behaviours import _ways, finding
+from colias_sim.envs import ENVS, RETURN
+from experiments.bench.report.behaviours import draw, finding
+from experiments.bench.sources.episode_scores import summary
+from tests.helpers.episodes import rows
+
+PURSUIT = "colias_sim/Pursuit-v0"
 
 
 @pytest.mark.parametrize(
@@ -18,17 +22,42 @@ from experiments.bench.report.behaviours import _ways, finding
     ],
 )
 def test_a_title_names_the_best_only_where_no_interval_of_the_others_reaches_it(returns, best):
-    rows = [dict(zip(("behaviour", "value", "ci_low", "ci_high"), row, strict=True)) for row in returns]
-    summary = pl.DataFrame(rows).with_columns(measure=pl.lit(RETURN), env=pl.lit("colias_sim/Pursuit-v0"))
-    words = finding(summary).split()
+    scores = [dict(zip(("behaviour", "value", "ci_low", "ci_high"), row, strict=True)) for row in returns]
+    table = pl.DataFrame(scores).with_columns(measure=pl.lit(RETURN), env=pl.lit("colias_sim/Pursuit-v0"))
+    words = finding(table).split()
     assert ("highest" in words) == bool(best)
     assert {name for name in ("one", "two", "three") if name in words} == set(best)
 
 
-def test_a_cross_is_where_an_episode_ended_by_touching_something():
-    trials = pl.DataFrame({"trial": [0, 1], "repeat": [0, 1], "touched": [True, False]})
-    frames = pl.DataFrame({"trial": [0, 0, 1, 1], "x_cm": [0.0, 10.0, 0.0, 20.0], "y_cm": [0.0, 5.0, 0.0, 7.0]})
-    axes = Figure().subplots()
-    _ways(axes, trials, frames, "red")
-    crosses = [line.get_xydata().tolist() for line in axes.lines if line.get_marker() == "x"]
-    assert crosses == [[[10.0, 5.0]]]
+def test_measures_and_paths_are_the_tables_and_stand_with_their_behaviour():
+    """A stroke for each episode, a dot with its interval for each measure; a cross where a path ended by touching."""
+    rng, names = np.random.default_rng(0), ("one", "two", "three")
+    columns = {**ENVS[PURSUIT].measures, RETURN: "reward"}
+    values = (pl.Series(column, rng.uniform(0, 1, 18)) for column in columns.values())
+    trials = pl.concat(rows(2, 4, name=name, env=PURSUIT) for name in names)
+    trials = trials.with_columns(pl.Series("trial", rng.permutation(18)), *values)
+    places = {f"{axis}_cm": rng.uniform(-40, 40, 54) for axis in "xy"}
+    frames = pl.DataFrame({"trial": np.repeat(range(18), 3), **places})
+    figure = draw(trials, frames, "")
+    panels = {axes.get_title("left").replace("\n", " "): axes for axes in figure.axes if axes.get_visible()}
+    scores, found = summary(trials, PURSUIT, ""), {}
+    assert panels.keys() == {*columns, "collisions/min", *names}
+    ticks = panels["time on target"].get_yticklabels()
+    of_row = {tick.get_position()[1]: tick.get_text() for tick in ticks}
+    for measure in panels.keys() - {*names}:
+        axes = panels[measure]
+        for line in axes.lines:
+            found.setdefault((of_row[line.get_ydata()[0]], line.get_marker()), []).extend(line.get_xdata())
+        ends = [segment[:, 0] for whiskers in axes.collections for segment in whiskers.get_segments()]
+        for name, interval in zip(names, ends, strict=True):
+            (row,) = scores.filter(behaviour=name, measure=measure).to_dicts()
+            assert (*found.pop((name, "o")), *interval) == pytest.approx((row["value"], row["ci_low"], row["ci_high"]))
+            episodes = trials.filter(model=name)[columns[measure]].to_list() if measure in columns else []
+            assert sorted(found.pop((name, "|"), [])) == sorted(episodes)
+    for name in names:
+        own = trials.filter(model=name).sort("repeat", descending=True)  # the first lies on top
+        paths = [frames.filter(trial=trial).select("x_cm", "y_cm").to_numpy() for trial in own["trial"]]
+        ended = [path[-1:] for path, touched in zip(paths, own["touched"], strict=True) if touched]
+        for mark, expected in (("None", paths), ("o", [path[:1] for path in paths]), ("x", ended)):
+            lines = [line for line in panels[name].lines if line.get_marker() == mark]
+            np.testing.assert_array_equal([line.get_xydata() for line in lines], expected)

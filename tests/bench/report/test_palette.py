@@ -51,3 +51,10 @@ def test_hues_stay_apart_in_every_vision(vision):
 @pytest.mark.parametrize(("tint", "ground"), [*product(HUES, (WHITE, DARK)), *product(style.HUES, (WHITE,))])
 def test_every_colour_is_seen_on_white_and_on_dark(tint, ground):
     assert contrast(tint, ground) >= LEAST_CONTRAST
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 9])
+def test_shades_rise_with_the_level(count):
+    tints = style.shades(np.random.default_rng(0).permutation(count))
+    darkness = [contrast(tints[level], WHITE) for level in range(count)]
+    assert darkness == sorted(darkness, reverse=True) and len(set(darkness)) == count

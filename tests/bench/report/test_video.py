@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 from unittest.mock import Mock
 
+import av
 import cv2
 import numpy as np
 import pytest
+from matplotlib.patches import Circle
 
 from experiments.bench.cli import main
 from experiments.bench.report import video
@@ -18,7 +21,6 @@ from experiments.bench.sources.episodes import load_behaviour, play
 from experiments.bench.sources.episodes import record as record_episode
 from tests.bench.robot.test_trial import spec
 from tests.bench.run.test_record import CONTENT, written
-from tests.helpers.h264 import decoded
 from tests.helpers.played import Played
 
 SIZE = 640, 360
@@ -76,14 +78,44 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
         for row, column in ((10, 20), (36, 50), (60, 90)):
             shown = frame[pixel(panels[SEEN], column, row)][0]
             assert abs(int(shown) - int(image[row, column])) <= 1
-        x, y, heading = reel.tracks["stimulus"][1:, k]
-        body = frame[pixel(panels["plan"], x - 1.2 * np.cos(heading), y - 1.2 * np.sin(heading))]
-        assert bytes(body).hex() == video.OTHER[1:]
+        circles = [patch for patch in panels["plan"].patches if isinstance(patch, Circle)]
+        lines = panels["plan"].lines[-2 * len(circles) :]
+        for name, body, trail, nose in zip(reversed(reel.tracks), circles, lines[::2], lines[1::2], strict=True):
+            *place, heading = reel.tracks[name][1:, k]
+            assert body.get_center() == pytest.approx(place)
+            np.testing.assert_array_equal(trail.get_xydata(), reel.tracks[name][1:3, : k + 1].T)
+            (ahead,) = np.diff(nose.get_xydata(), axis=0)
+            assert ahead / np.hypot(*ahead) == pytest.approx([np.cos(heading), np.sin(heading)])
         if k < result.frames - 1:
             row, _ = pixel(lane, 0.0, 0.0)
             columns = [pixel(lane, time_s + step, 0.0)[1] for step in (-0.02, 0.02)]
             over, to_come = (frame[row - 2 : row + 3, column].min() for column in columns)
             assert over < to_come - 20, "what is to come is faint"
+
+
+def test_a_lane_has_its_own_model_s_potentials_thresholds_spikes_and_moments(trial):
+    reel, rng = copy.copy(trial[1]), np.random.default_rng(0)
+    time_s, counts = reel.time_s, np.resize([0, 1, -1, 3], len(reel.time_s))
+    reel.values = {model: {name: np.stack([time_s, values]) for name, values in
+                           {"hs": rng.normal(size=len(time_s)), "vs": rng.normal(size=len(time_s)),
+                            "spikes/hs": sign * counts}.items()} for model, sign in (("a", 1), ("b", -1))}  # fmt: skip
+    reel.levels, moments = {"a": [0.3, -0.3], "b": [0.5]}, time_s[[3, 9]].tolist()
+    canvas = Canvas(reel, SIZE, moments)
+    assert [float(panels[SEEN].get_title("right").split()[0]) for panels in canvas.panels] == np.round(
+        moments, 2
+    ).tolist()
+    for model, lane in canvas.lanes.items():
+        assert lane.get_title("left").startswith(f"{model}:")
+        series = {line.get_linestyle(): line.get_xydata() for line in lane.lines if len(line.get_xdata()) > 2}
+        for style, name in (("-", "hs"), (":", "vs")):
+            np.testing.assert_array_equal(series[style], reel.values[model][name].T)
+        levels = {line.get_ydata()[0] for line in lane.lines if [*line.get_xdata()] == [0, 1]}
+        assert levels == {0.0, *reel.levels[model]}
+        assert [line.get_xdata()[0] for line in lane.lines if [*line.get_ydata()] == [0, 1]] == moments
+        strokes = np.array(lane.collections[0].get_segments())[:4, :, 1]
+        assert np.sign(strokes[:, 0]).tolist() == np.sign(reel.values[model]["spikes/hs"][1, :4]).tolist()
+        none, one, back, three = np.abs(np.diff(strokes, axis=1))[:, 0]
+        assert none == 0 < one == pytest.approx(back) and three > 1.5 * one
 
 
 def test_what_changed_is_warm_where_it_became_brighter_and_cool_where_darker():
@@ -122,7 +154,8 @@ def test_a_film_has_every_frame_and_no_file_is_left_of_one_that_breaks_off(trial
     (_, reel), out = trial, tmp_path / f"trial{ending}"
     count = make(reel, out, SIZE, rate=10.0)
     if ending == ".mp4":
-        assert len(decoded(out)) == count
+        with av.open(str(out)) as film:
+            assert len([*film.decode(video=0)]) == count
     out.unlink()
 
     with pytest.raises(KeyboardInterrupt):

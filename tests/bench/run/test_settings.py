@@ -21,11 +21,8 @@ def test_every_section_is_reached():
         "dsnn.n_con=6", "dsnn.tau_s=200,10", "dsnn.fdsr=false", "robot.track_cm=3", "camera.read_noise=0",
         "scene.arena=dim", "experiment.direction=both", "experiment.speeds_cm_s=5", "experiment.pose_sd_mm=0",
     )  # fmt: skip
-    assert (settings.models[0].network.n_con, settings.models[0].network.tau_s, settings.models[0].network.fdsr) == (
-        6,
-        (200.0, 10.0),
-        False,
-    )
+    network = settings.models[0].network
+    assert (network.n_con, network.tau_s, network.fdsr) == (6, (200.0, 10.0), False)
     assert (settings.robot.track_cm, settings.camera.read_noise, settings.scene.arena) == (3.0, 0.0, "dim")
     assert (experiment.design.direction, experiment.design.speeds_cm_s, settings.pose_sd_mm) == ("both", (5.0,), 0.0)
 
