@@ -99,6 +99,9 @@ def test_claims_hold_where_their_whole_interval_does():
     good = rows(1, 19, metres=4.0), rows(12, 8, metres=3.0), rows(20, metres=0.4)
     assert words(*good) == {"B1": "holds", "B2": "holds"}
     near = rows(10, 10, metres=3.0)  # rarer, but not for sure
+    blind = rows(10, 10, metres=1.0)
+    beside = judged(hybrid=near, lgmd=near, **{"lgmd-hybrid": blind})["B2"].measured
+    assert str(rate_ratio(blind, near)) in beside and rate_ratio(blind, near).value == pytest.approx(3.0)
     assert words(near, rows(12, 8, metres=3.0), rows(20, metres=0.4))["B2"] == "fails"
     assert words(near, near, rows(20, metres=1.0))["B1"] == "fails"
 

@@ -136,6 +136,7 @@ FAILING = {
     "C3, receding": ("C3", changed(enough("C3"), {"trough_vs": -0.17}, motion="receding")),
     "C4, a third": ("C4", blocked(0.07, 0.13)),
     "C4, more than the whole": ("C4", blocked(0.1, 0.11)),
+    "C4, less than the whole": ("C4", blocked(0.1, 0.09)),
     "C4, of nothing": ("C4", blocked(0.0, 0.0, whole=0.0)),
     "C5, the DSNN": ("C5", changed(enough("C5"), {"peak_vs": 0.17}, model="dsnn")),
     "C6, HS": ("C6", changed(enough("C6"), {"peak_hs": 0.1}, model="dsnn")),

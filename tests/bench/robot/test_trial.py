@@ -52,9 +52,9 @@ def test_every_response_is_that_of_a_fresh_model_on_the_recorded_frames(labels):
 
 
 def test_numbers_are_those_of_the_trial_and_of_its_camera():
-    """By the frames, of an eye with another clock, view and place than usual."""
+    """By the frames, of an eye with another clock, view and place than usual; windows are those of 10 cm/s."""
     camera = CameraConfig(fps=20.0, hfov_deg=50.0, forward_cm=1.0)
-    condition = Condition("translation", "rightward", 10.0, 8.0)
+    condition = Condition("translation", "rightward", 6.0, 8.0)
     result = Played(RobotTrial("test", 3, 2, 7, condition, settings(camera=camera)))
     (row,), (answer,), columns = result.record.rows, result.answers, result.columns
     ahead = np.exp(1j * np.radians(columns.observer_heading_deg))

@@ -63,6 +63,8 @@ def test_a_judge_decides():
     assert (told.verdict, told.n, told.decided) == ("holds", 7, "9.0 spikes (needs above 1)")
     few = judge(claim(judge=faster), whole, 0.2)
     assert few.verdict == "not shown" and "needs at least 4 trials of each condition (has 3)" in few.measured
+    of_two = [{**row, "model": name} for name in ("dsnn", "emd") for row in rows(3)]
+    assert judge(claim(judge=faster, models={"dsnn", "emd"}), of_two, 0.2).verdict == "not shown", "3 of each model"
 
 
 def test_what_has_no_number_decides_last_of_the_checks_that_fail():
@@ -115,15 +117,16 @@ def test_columns_that_there_are_not():
 
 def test_clips_that_a_claim_is_about():
     asked = []
-    clip_rows = [{"model": model, "clip": clip, "object": clip, "motion": clip, **ANSWERED}
-             for model in ("emd", "dsnn") for clip in ("absent", "present")]  # fmt: skip
+    looks = {"background_mean": 90.0, **ANSWERED}
+    clip_rows = [{"model": model, "clip": clip, "object": clip, "motion": clip, "grey": grey, **looks}
+             for model in ("emd", "dsnn") for clip, grey in (("absent", 0.0), ("present", 255.0))]  # fmt: skip
 
     def heed(claim_rows, threshold):
         asked.append((claim_rows.select("model", "clip").rows(), threshold))
         return HOLDS
 
     assert judge(claim(on="clips", judge=heed), clip_rows, 0.1).verdict == "holds"
-    of_emd = claim(on="clips", judge=heed, models={"emd"}, conditions={"motion": ("present",)})
+    of_emd = claim(on="clips", judge=heed, models={"emd"}, conditions={"shade": ("light",)})
     assert judge(of_emd, clip_rows, 0.3).verdict == "holds"
     assert asked == [([("dsnn", "absent"), ("dsnn", "present")], 0.1), ([("emd", "present")], 0.3)]
     assert judge(claim(on="clips", models=("flow",)), clip_rows, 0.1).measured == "needs flow"

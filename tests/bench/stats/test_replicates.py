@@ -4,8 +4,9 @@ import dataclasses
 
 import pytest
 
+from experiments import Outcome
 from experiments.bench import reproduce
-from experiments.bench.replicates import Replicate, of_model
+from experiments.bench.replicates import Replicate, of_model, of_models
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.sources.judge import judge as outcome
@@ -17,6 +18,7 @@ from tests.helpers.clip_rows import enough
 from tests.helpers.paper import design, every
 
 CLAIMS = claims_on("robot")
+HOLDS = Outcome("holds", "as measured")
 
 T, T_CLIPS = 0.2, {"dsnn": 0.16, "dsn2017": 0.16, "emd": None, "dsnn-on-blocked": 0.16, "dsnn-off-blocked": 0.16}
 
@@ -210,3 +212,23 @@ def test_a_looming_claim_of_a_model_that_tells_direction_too_is_judged_by_its_lo
     row = {**translation(99), "model": "both", "experiment": "general", "looming_spikes": 2}
     of_model(claim, Replicate((row,), {}, {"both": {"hs": 0.2, "looming": 0.7}}), "both", "general")
     assert asked == [(2, 0.7)]
+
+
+def test_a_claim_that_names_its_models_is_asked_about_its_own_experiment_and_trials_lost_are_of_their_model():
+    asked = []
+    claim = Claim(id="mine", says="-", models={"a", "b"},
+                  judge=lambda rows, threshold: asked.append([row["experiment"] for row in rows]) or HOLDS)  # fmt: skip
+    both = [{**translation(9), "model": model, "experiment": place} for place in ("speed", "other") for model in "ab"]
+    of_lost = [
+        of_models(
+            dataclasses.replace(claim, least=1),
+            Replicate(tuple(both), {("speed", lost): 1}, {"a": {"hs": 0.2}}),
+            "speed",
+        )
+        for lost in "ac"
+    ]
+    assert asked == [["speed"] * 2] * 2 and [outcome.verdict for outcome in of_lost] == ["not shown", "holds"]
+    plan, rows = planned_rows(1)
+    gone = next(row for row in rows if row["model"] == "lgmd1")
+    (trials,) = every(plan, [row for row in rows if row is not gone])
+    assert {key for key, number in trials.lost.items() if number} == {(gone["experiment"], "lgmd1")}
