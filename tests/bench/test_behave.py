@@ -3,8 +3,9 @@
 import pytest
 
 from colias_sim.envs import ENVS, RETURN
-from experiments import UsageError, load
+from experiments import UsageError, load, score
 from experiments.behaviours import AVOIDANCE, FIXATION, GROUPS, OPTOMOTOR
+from experiments.bench import behave
 from experiments.bench.behave import env_options, episodes, plan, run
 from experiments.bench.reproduce import QUICK, planned
 from experiments.bench.run.workers import Workers
@@ -45,6 +46,13 @@ def test_wrong_options_are_refused(typed):
 def test_a_reproduction_plays_behaviours_at_equal_seeds():
     parts = [part for name, part in planned(QUICK, 7).items() if name.startswith("behave-")]
     assert {trial.seed for part in parts for trial in part.specs} == {7}
+
+
+def test_episodes_that_are_scored_have_seeds_of_their_own(monkeypatch):
+    seeds = []
+    whole = behave.play
+    monkeypatch.setattr(behave, "play", lambda *given: whole(*given[:3], seeds.append(given[3]) or given[3], 2))
+    assert score("still", episodes=3, seed=5, quiet=True)[RETURN].n == 3 and seeds == [5, 6, 7]
 
 
 def short(seed=0, **options):

@@ -99,6 +99,10 @@ def test_a_planted_optimum_is_found(folder):
     # The claim is kept within 0.1 of the hill's top: a disc of 3.1 % of the box.
     share = outcome["share"]
     assert share["low"] <= 3.1415926 * 0.1**2 <= share["high"]
+    parts = {
+        path.parent.name.split("-")[0]: json.loads(path.read_text())["seed"] for path in folder.glob("hill/*/run.json")
+    }
+    assert {name: seed // 1_000_000 for name, seed in parts.items()} == {"search": 0, "held": 1, "sample": 2}
     kept = [row for row in table(folder, "hill") if row["of"] == "search" and row["kept"] == "1"]
     assert len(kept) > 3 * 60 * 0.0314, "a search finds more than chance would"
     for row in table(folder, "hill"):

@@ -8,13 +8,14 @@ import polars as pl
 import pytest
 
 from dsnn import MODELS
-from dsnn.stimuli import stimulus
 from experiments.bench import leaderboard as board
 from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES, alarm_count, median_interval
 from experiments.bench.report import scoreboard
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
+from experiments.bench.run.play import Trial
 from experiments.bench.run.workers import Workers
+from experiments.bench.sources.clips import Clip
 from experiments.bench.sources.experiment import Translation
 from experiments.bench.sources.judge import SIGNED
 from experiments.bench.stats.tests import first_alarm_s
@@ -75,12 +76,18 @@ def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
     assert first_alarm_s(np.array([0, 0, 0, 0, 1, 1]), contact) is None, "after contact it is too late"
 
 
-def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):
-    """What fires at a full angle of 40 degrees does so at (l / v) / tan(20 deg) before contact."""
-    clip = stimulus("looming", l_over_v_s=l_over_v, fps=300)
-    sizes = np.array([0.0 if f.truth.box is None else f.truth.box.width for f in clip])
-    fired = (2 * np.degrees(np.arctan(sizes / 2 / 70.7)) >= 40.0).astype(int)
-    assert first_alarm_s(fired, clip.contact_s()) == pytest.approx(l_over_v / math.tan(math.radians(20.0)), abs=1 / 300)
+def test_alarms_and_seconds_of_a_clip_are_by_its_own_frame_rate():
+    """Spikes 40 frames apart are one alarm at 100 frames/s, and would be two at 30."""
+    trial = Trial("looming", 0, 0, 4, Clip("near", "looming", {"fps": 100.0}), ())
+    clip = list(trial.condition.build(4))
+    spikes = np.zeros(len(clip), int)
+    spikes[[-60, -20]] = 1
+    row = {**extremes(), "model": "m", "experiment": "looming", "stimulus": "looming", "object": None, "fps": 100.0,
+           "motion": "looming", "hs_spikes": None, "vs_spikes": None, "looming_spikes": 2, "peak_looming": 0.8,
+           "frames": len(clip)}  # fmt: skip
+    found = board.response(row, trial, pl.DataFrame({"looming_spikes": spikes}))
+    assert (found["alarms"], found["seconds"], found["shown"]) == (1, len(clip) / 100, "looming")
+    assert found["contact_s"] == pytest.approx(clip[-60].truth.time_to_contact_s)
 
 
 def looming_clips(peak, alarms, spiking=True):

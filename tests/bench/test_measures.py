@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.bench.measures import MEASURES
+from experiments.bench.measures import MEASURES, measured
 
 POTENTIAL, COUNT, PEAK = (MEASURES[name] for name in ("peak-speed-potential", "peak-speed-count", "peak-hs"))
 SPEEDS = (2.0, 6.0, 15.0, 30.0)
@@ -41,6 +41,14 @@ def test_the_count_has_a_peak_of_its_own():
     one = max(rows, key=lambda row: row["spikes"])  # a single trial with many spikes is not the mean
     more = {**one, "speed_cm_s": 2.0, "achieved_speed_cm_s": 2.0, "trial": 999}
     assert COUNT([*rows, more])["value"] == 6.0
+
+
+def test_a_mean_of_spikes_is_of_its_own_condition_and_has_no_end_below_none():
+    rows = [
+        {"speed_cm_s": speed, "spikes": n} for speed, counts in ((2.0, (0, 0, 3)), (4.0, (7, 8, 9))) for n in counts
+    ]
+    found = measured("spikes: speed_cm_s=2", {"speed_cm_s": 2.0}, rows)
+    assert found == {"value": 1.0, "n": 3, "ci_low": 0.0, "ci_high": pytest.approx(1.0 + 4.303, abs=1e-3)}, "Student's"
 
 
 def test_what_has_no_peak_has_no_value():

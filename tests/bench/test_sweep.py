@@ -130,6 +130,19 @@ def test_numbers_are_of_all_replicates_with_the_spread_of_each():
     assert [one[name] for name in names[1:]] == [6.0, 6.0, 1] and two["not shown"] == 0
 
 
+def test_a_mean_count_at_a_point_is_that_of_its_condition_in_its_experiment():
+    plan = planned(["speed", "distance"], "dsnn.d=1,2", measures=["spikes"], replicates=2, repeats=2)
+
+    def spikes(experiment, speed_cm_s, distance_cm, **_):
+        return round(100 * (experiment == "distance") + 10 * speed_cm_s + distance_cm)
+
+    rows = [row | {"spikes": spikes(**row)} for row in answers_of(plan.specs)]
+    numbers = read(plan, rows).numbers.to_dicts()
+    assert len({number["value"] for number in numbers}) == len(numbers) / 2 > 4, "equal at both points alone"
+    for number in numbers:
+        assert [number[name] for name in ("value", "lowest", "highest")] == [spikes(**number)] * 3 and number["n"] == 4
+
+
 @pytest.mark.parametrize("kind", ["ranges", "means", "map", "named"])
 def test_a_figure_has_the_table_s_numbers_at_the_levels_that_its_ticks_name(kind):
     """Curves have the interval of a share or a mean, other numbers their range; maps how often a claim holds.

@@ -71,6 +71,21 @@ def test_a_detector_that_fires_at_an_angle_does_so_at_every_l_over_v():
     assert tune.preferences(table(rows), "m", ("looming",))["fires_deg"] == pytest.approx(30.0)
 
 
+def test_a_repeat_has_a_seed_of_its_own_and_a_spike_the_time_to_contact_of_its_frame():
+    planned = tune.plan(("lgmd1",), ("direction", "l-over-v"), (), 7)
+    assert {trial.seed - point["repeat"] for point, trial in planned} == {7} < {trial.seed for _, trial in planned}
+    point, trial = next(job for job in planned if job[0]["line"] == "dark looming")
+    clip = list(trial.condition.build(trial.seed))
+    fired = max(frame for frame, shown in enumerate(clip) if shown.truth.time_to_contact_s) - 5
+    spike = np.arange(len(clip)) == fired
+    frames = pl.DataFrame({"looming_spikes": spike.astype(int), "looming": 0.5 + 0.25 * spike}).with_columns(
+        pl.lit(0.0).alias("hs"), vs=0.0, trial=trial.index, model=pl.lit("lgmd1")
+    )
+    (row,) = tune.responses([(point, trial)], frames).to_dicts()
+    contact_s = pytest.approx(clip[fired].truth.time_to_contact_s)
+    assert (row["contact_s"], row["response"], row["spikes"]) == (contact_s, 0.25, 1)
+
+
 @pytest.mark.parametrize("curve", ["speed", "direction", "l-over-v", "frequency"])
 def test_a_figure_has_the_points_of_each_model_at_their_places(curve):
     """Of several phases the first; of directions HS and VS of gratings; in a map shares of the largest response."""

@@ -7,12 +7,13 @@ import polars as pl
 import pytest
 from scipy import stats
 
-from experiments import NAMES, OFFLINE
+from experiments import NAMES, OFFLINE, Check, Claim
 from experiments.bench import offline, registry
 from experiments.bench.offline import is_random
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import BOX, Clip, OfflineExperiment, recorded
 from experiments.bench.stats.claim import claims_on
+from experiments.bench.stats.count import Count
 
 
 @pytest.mark.parametrize("name", [*NAMES, *OFFLINE])
@@ -40,6 +41,22 @@ def test_a_recorded_clip_has_its_own_clock_and_no_outline_where_there_is_no_obje
         drawn = np.add(centres, np.outer([-1, 1], halves[0])) if centres else np.zeros((0, 2))
         true = [(left, top), (left + width, top + height)] if width else np.zeros((0, 2))
         np.testing.assert_allclose(drawn, true, atol=1e-4)
+
+
+def test_each_replicate_is_judged_on_the_clips_of_its_own_seed():
+    asked = []
+
+    def judge(rows, threshold):
+        asked.append(rows["repeat"].to_list())
+        return [Check("-", 1, 0)]
+
+    mine = Claim(id="mine", says="-", on="clips", reads=("spikes",), judge=judge)
+    batch = offline.plan(
+        OfflineExperiment("mine", "", (TREMBLING,), ("dsnn",), (mine,), repeats=2), ("dsnn",), (), 2, 3
+    )
+    row = {"model": "dsnn", "object": "present", "clip": "d", "motion": "rightward", "spikes": 3}
+    (found,) = offline.verdicts(batch, [row | {"trial": trial.index, "repeat": trial.repeat} for trial in batch.specs])
+    assert asked == [[0], [1]] and found.count == Count(2)
 
 
 TREMBLING = dataclasses.replace(CLIP, name="d", jitter_px=1.0)

@@ -40,11 +40,6 @@ def of_run(run: experiments.Run | experiments.Footage) -> Marked:
     return recording, run.frames
 
 
-def robot() -> Marked:
-    settings = {"experiment.speeds_cm_s": [30], "experiment.direction": "rightward"}
-    return of_run(experiments.run("speed", repeats=1, settings=settings, workers=0, **MODEL))
-
-
 def clip() -> Marked:
     clips = (experiments.Clip("c", "plain", {"rows": 60, "columns": 80}),)
     return of_run(experiments.run(experiments.OfflineExperiment("one", "", clips, ("both.py",)), workers=0, **MODEL))
@@ -73,7 +68,7 @@ def log() -> Marked:
     return of_run(experiments.load("run"))
 
 
-@pytest.mark.parametrize("kind", [robot, clip, footage, episode, log])
+@pytest.mark.parametrize("kind", [clip, footage, episode, log])
 def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[], Marked], tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_model(tmp_path, "both", ANSWER, ", channels=('hs', 'vs', 'looming')")

@@ -39,7 +39,12 @@ def trial(tmp_path_factory):
 def test_a_trial_is_read_back_as_it_was(trial):
     result, reel = trial
     series, columns = result.answers[0].series, result.columns
-    for name, values in (("hs", series.hs), ("vs", series.vs), ("spikes/hs", series.hs_spikes)):
+    for name, values in (
+        ("hs", series.hs),
+        ("vs", series.vs),
+        ("spikes/hs", series.hs_spikes),
+        ("spikes/vs", series.vs_spikes),
+    ):
         np.testing.assert_array_equal(reel.values["dsnn"][name][1], values)
     assert reel.levels == {"dsnn": pytest.approx([-0.2, 0.2])}
     np.testing.assert_allclose(reel.time_s, columns.sim_time_s, atol=1e-8)

@@ -12,24 +12,9 @@ import experiments
 from experiments.bench.cli import main
 from experiments.bench.measures import MEASURES
 from experiments.bench.run.rows import TrialRecord
+from experiments.bench.sources.conditions import Condition
+from experiments.bench.sources.experiment import Listed
 
-CIRCLE = """
-from dataclasses import dataclass
-
-from experiments import Condition, Experiment
-
-
-@dataclass(frozen=True)
-class Slow:
-    pose_sd_mm: float = 0.0
-    heading_sd_deg: float = 0.0
-
-    def conditions(self):
-        return [Condition("translation", "rightward", 5.0, 12.0, acceleration_cm_s2=1.5)]
-
-
-EXPERIMENT = Experiment("circle", "the stimulus turns before it has its speed", Slow(), "speed_cm_s", repeats=1)
-"""
 COUNTS = ("spikes", "hs_spikes", "vs_spikes", "looming_spikes", "firing_rate_hz", "spikes_in_view", "rate_in_view_hz",
           "spikes_in_window", "spikes_in_inner_window")  # fmt: skip
 QUICK = ("--set", "experiment.speeds_cm_s=20", "--workers", "0")
@@ -48,16 +33,17 @@ def rows(name: str) -> list[dict]:
 # --- what is written can be read -------------------------------------------------------------------------------------
 
 
-def test_a_stimulus_that_stops_early_has_no_speed_and_its_run_is_gone_on_with(folder):
+def test_a_stimulus_that_stops_early_has_no_speed_and_its_run_is_gone_on_with():
     """Open loop, by a motor that turns it aside: it never reaches the stretch of constant speed."""
-    (folder / "circle.py").write_text(CIRCLE)
-    driven = ("--set", "robot.preset=colias4", "--set", "robot.motor_inequality=50", "--workers", "0", "-q")
-    assert main.command(["run", "circle.py", *driven, "--no-recordings", "--out", "out"]) == 0
-    (row,) = rows("out")
-    assert (row["achieved_speed_cm_s"], row["path_error_mm"]) == (None, None)
-    assert math.isfinite(row["drift_mm"])
-    assert main.command(["run", "circle.py", *driven, "--no-recordings", "--out", "out"]) == 0
-    assert rows("out") == [row]
+    slow = Listed((Condition("translation", "rightward", 5.0, 12.0, acceleration_cm_s2=1.5),))
+    circle = experiments.Experiment("circle", "", slow, "speed_cm_s", repeats=1)
+    driven = {"robot.preset": "colias4", "robot.motor_inequality": 50}
+    found = []
+    for _ in range(2):
+        experiments.run(circle, settings=driven, workers=0, quiet=True, recordings=False, out="out")
+        found += rows("out")
+    assert found[0] == found[1] and (found[0]["achieved_speed_cm_s"], found[0]["path_error_mm"]) == (None, None)
+    assert math.isfinite(found[0]["drift_mm"]) and len(found) == 2
 
 
 # --- models that do not spike ----------------------------------------------------------------------------------------

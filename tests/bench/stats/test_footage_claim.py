@@ -64,6 +64,7 @@ def busy(seconds, frames=LEAST_FRAMES, vs=0.0, flow=0.0, whole=12, rate=30):
     ("footage", "verdict"),
     [
         (busy(5), "holds"),
+        (busy(5, vs=0.15), "holds"),  # VS near T, and below it
         (busy(5, vs=-0.3), "fails"),  # VS over T throughout
         (busy(4), "not shown"),  # too little over T, and too little to see
         (busy(4, flow=0.2), "fails"),  # too little over T, though the flow has translation in every second
