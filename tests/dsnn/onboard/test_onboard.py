@@ -45,6 +45,17 @@ def test_c_is_its_specification_to_the_bit(seed, extreme, shape, count):
     assert again == every_answer(OnboardDSNN(shape, params, form="native"), more), "a reset forgets everything"
 
 
+@built
+@pytest.mark.parametrize("d", [1, 2])
+def test_c_is_its_specification_where_most_rows_stand_still(d):
+    """It leaves out the rows that the blur of what moves does not reach."""
+    frames = np.full((6, 72, 99), 90, np.uint8)
+    for t, frame in enumerate(frames):
+        frame[30 + 2 * t : 36 + 2 * t, 40:60] = 220
+    code, specification = (OnboardDSNN((72, 99), OnboardParams(d=d), form=form) for form in forms.FORMS)
+    assert every_answer(code, frames) == every_answer(specification, frames)
+
+
 @pytest.mark.parametrize("name", ROBOT)
 def test_mirrored_clips_give_mirrored_answers_to_the_bit(name):
     """With both directions weighing the same: left and right, up and down."""
