@@ -124,8 +124,8 @@ def test_a_figure_has_the_slack_of_search_and_sample_by_parameter_and_the_shares
     fit(folder, "drawn", "luck", *A, *B, "--trials", "12", "--sample", "8", "--held-out", "10")
     run = experiments.load(folder / "drawn")
     *panels, again = [axes for axes in report.draw(run).axes if axes.lines]
-    keys = [axes.get_xlabel().partition(" ")[0] for axes in panels]
-    assert sorted(keys) == ["planted.a", "planted.b"]
+    keys = sorted(("planted.a", "planted.b"), key=lambda key: -run.fitted["importance"][key])
+    assert [axes.get_xlabel() for axes in panels] == [f"{key} ({run.fitted['importance'][key]:.0%})" for key in keys]
     for axes, key in zip(panels, keys, strict=True):
         for of in ("search", "sample"):
             own = run.summary.filter(of=of).select(pl.col(key).cast(float), "least slack")

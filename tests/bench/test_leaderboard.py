@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import polars as pl
@@ -159,15 +160,19 @@ def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_mode
         values = [None if (row + place) % 3 == 0 else 0.1 + 0.2 * row + 0.01 * place for row in range(3)]
         for end, far in (("", 0.0), ("_low", -0.03), ("_high", 0.05)):
             columns[name + end] = [value and value + far for value in values]
-        columns[f"{name}_n"] = [value and 9 for value in values]
+        columns[f"{name}_n"] = [value and 5 + row for row, value in enumerate(values)]
     given = pl.DataFrame(columns)
-    figure = scoreboard.draw(given, board.LABELS, {}, "", "")
+    figure = scoreboard.draw(given, board.LABELS, board.CHANCE, "", "")
     rows = {tick.get_position()[1]: tick.get_text() for tick in figure.axes[0].get_yticklabels()}
     drawn = {" ".join(axes.get_title("left").split()[1:]): axes for axes in figure.axes if axes.lines}
     assert drawn.keys() == set(board.LABELS.values())
+    numbers = re.findall(r"=(\d)\sto\s(\d)", figure._supxlabel.get_text())
+    assert numbers == [(f"{given[f'{name}_n'].min()}", f"{given[f'{name}_n'].max()}") for name in board.LABELS]
     for name, label in board.LABELS.items():
         (dots,) = [line for line in drawn[label].lines if line.get_marker() == "o"]
         (whiskers,) = drawn[label].collections
+        chance = {line.get_xdata()[0] for line in drawn[label].lines if line.get_linestyle() == ":"}
+        assert chance == {"direction": {0.25}, "auc": {0.5}}.get(name.partition("_")[0], set())
         known = given.select("model", name, f"{name}_low", f"{name}_high").drop_nulls().rows()
         assert [rows[y] for y in dots.get_ydata()] == [model for model, *_ in known], name
         ends = [segment[:, 0] for segment in whiskers.get_segments()]

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from experiments.bench import tune
-from experiments.bench.report.tuning import MEASURES, draw
+from experiments.bench.report.tuning import LABELS, MEASURES, draw
 from experiments.bench.run.workers import Workers
 from experiments.bench.stats import curves
 from experiments.bench.tune import CROSSES, LOOMS, RECEDES
@@ -98,6 +98,7 @@ def test_a_figure_has_the_points_of_each_model_at_their_places(curve):
         row |= dict(zip(("response", "hs", "vs"), rng.normal(size=3), strict=True))
         rows.append(row | {"spikes": int(rng.integers(9)), "contact_s": x * rng.uniform(1, 3)})
     figure, model = draw(table(rows), along, {}), ""
+    assert {axes.get_xlabel() for axes in figure.axes if axes.images or axes.lines} - {""} == {LABELS[along[0]]}
     for place, axes in enumerate(axes for axes in figure.axes if axes.images or axes.lines):
         model = axes.get_title("left") or model
         own = [row | {"angle_deg": 2 * math.degrees(math.atan(row["x"] / row["contact_s"]))}

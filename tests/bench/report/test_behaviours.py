@@ -5,8 +5,10 @@ import polars as pl
 import pytest
 
 from colias_sim.envs import ENVS, RETURN
-from experiments.bench.report.behaviours import draw, finding
+from experiments.bench.report.behaviours import draw, finding, show
 from experiments.bench.sources.episode_scores import summary
+from experiments.bench.stats.tests import Score
+from scenes import ARENA_RADIUS_CM
 from tests.helpers.episodes import rows
 
 PURSUIT = "colias_sim/Pursuit-v0"
@@ -29,7 +31,7 @@ def test_a_title_names_the_best_only_where_no_interval_of_the_others_reaches_it(
     assert {name for name in ("one", "two", "three") if name in words} == set(best)
 
 
-def test_measures_and_paths_are_the_tables_and_stand_with_their_behaviour():
+def test_measures_and_paths_are_the_tables_and_stand_with_their_behaviour(capsys):
     """A stroke for each episode, a dot with its interval for each measure; a cross where a path ended by touching."""
     rng, names = np.random.default_rng(0), ("one", "two", "three")
     columns = {**ENVS[PURSUIT].measures, RETURN: "reward"}
@@ -61,3 +63,8 @@ def test_measures_and_paths_are_the_tables_and_stand_with_their_behaviour():
         for mark, expected in (("None", paths), ("o", [path[:1] for path in paths]), ("x", ended)):
             lines = [line for line in panels[name].lines if line.get_marker() == mark]
             np.testing.assert_array_equal([line.get_xydata() for line in lines], expected)
+        assert panels[name].patches[0].get_radius() == ARENA_RADIUS_CM
+    show(scores, "")
+    told = capsys.readouterr().out
+    for value, low, high in scores.select("value", "ci_low", "ci_high").drop_nulls().rows():
+        assert str(Score(value, low, high, 0)) in told

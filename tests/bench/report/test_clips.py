@@ -132,6 +132,9 @@ def test_curves_are_means_of_responses_at_their_levels(kind, unit):
             means = [(at[along][0], sum(at["response"]) / len(at)) for at in of.partition_by(along)]
             assert of[by][0] is None or f"{of[by][0]:g}" in re.split(r"[ ,]+", line.get_label())
             np.testing.assert_allclose(line.get_xydata(), means)
+        labels = {text.get_text(): text.xy for text in axes.texts if text.get_text()[:1] not in ("", "T")}
+        ends = {line.get_label(): tuple(line.get_xydata()[-1]) for line in lines if line.get_label()[0] != "_"}
+        assert labels == (ends if axes.get_subplotspec().rowspan.start == 0 else {})
         assert dashed(axes) == ([THRESHOLDS[model]] if THRESHOLDS[model] else [])
 
 

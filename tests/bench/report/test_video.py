@@ -83,6 +83,8 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
         for row, column in ((10, 20), (36, 50), (60, 90)):
             shown = frame[pixel(panels[SEEN], column, row)][0]
             assert abs(int(shown) - int(image[row, column])) <= 1
+        assert float(canvas.figure.texts[-1].get_text().split()[0]) == pytest.approx(time_s, abs=0.006)
+        assert np.ptp(panels["plan"].lines[1].get_xdata()) == pytest.approx(10.0), "the bar of 10 cm"
         circles = [patch for patch in panels["plan"].patches if isinstance(patch, Circle)]
         lines = panels["plan"].lines[-2 * len(circles) :]
         for name, body, trail, nose in zip(reversed(reel.tracks), circles, lines[::2], lines[1::2], strict=True):
