@@ -121,12 +121,8 @@ def test_trials_without_a_working_model_fail_and_resume(colias):
 def test_a_claim_says_how_many_trials_it_lost(colias):
     write_model(colias.folder, "if now.std() > 0 and int(now.sum()) % 5 == 0: raise ValueError('five')")
     flags = ("--model", "dsnn", "--model", "my_model.py", "--workers", "0")
-    statuses, lists = [], []
-    for _ in ("begun", "taken up when it is whole"):
-        statuses.append(colias("run", "speed", *QUICK, *flags, "--out", "out").returncode)
-        lists.append(json.loads((colias.folder / "out" / "failures.json").read_text()))
-    failures, again = lists
-    assert failures == again and statuses == [1, 1]
+    colias("run", "speed", *QUICK, *flags, "--out", "out")
+    failures = json.loads((colias.folder / "out" / "failures.json").read_text())
     seeds = dict(pl.read_parquet(colias.folder / "out" / "trials.parquet").select("trial", "seed").iter_rows())
     assert all(failure["seed"] == seeds[failure["trial"]] for failure in failures)
     failed = len(failures)
