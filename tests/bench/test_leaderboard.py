@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 from dsnn import MODELS
+from dsnn.stimuli import stimulus
 from experiments.bench import leaderboard as board
 from experiments.bench.leaderboard import DIRECTION, LOOMING, RESPONSES, alarm_count, median_interval
 from experiments.bench.report import scoreboard
@@ -207,3 +208,11 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
         assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
     with pytest.raises(UsageError, match="emd"):
         board.run(board.plan(["emd"], 1, 0), tmp_path / "out", Workers(0, quiet=True))
+
+
+def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):
+    """What fires at a full angle of 40 degrees does so at (l / v) / tan(20 deg) before contact."""
+    clip = stimulus("looming", l_over_v_s=l_over_v, fps=300)
+    sizes = np.array([0.0 if f.truth.box is None else f.truth.box.width for f in clip])
+    fired = (2 * np.degrees(np.arctan(sizes / 2 / 70.7)) >= 40.0).astype(int)
+    assert first_alarm_s(fired, clip.contact_s()) == pytest.approx(l_over_v / math.tan(math.radians(20.0)), abs=1 / 300)

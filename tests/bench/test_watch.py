@@ -255,3 +255,10 @@ def test_intervals_are_merged_over_short_gaps_and_need_three_frames():
     assert intervals([0.2] * 3 + over) == [("rightward", 0, 2, 3, 0.2), ("leftward", 3, 5, 3, -0.2)]
     vertical = [("downward", 0, 2, 3, 0.2), ("upward", 3, 5, 3, -0.2)]
     assert intervals([0.2] * 3 + over, channel="vs") == vertical
+
+
+@pytest.mark.parametrize("rate", [1, 25, 50])
+def test_the_rate_of_a_film_is_its_own(rate):
+    """Models are told by it that their parameters assume another."""
+    source = VideoSource(written(Path(f"{rate}.mkv"), [ARROW] * 5, rate=rate))
+    assert source.fps == source.columns()["fps"] == rate

@@ -111,6 +111,19 @@ def test_an_arc_is_a_part_of_a_circle(side):
     assert arc.measured(start, beside) == pytest.approx((0.05, -side * 0.01))
 
 
+def test_achieved_speed_is_commanded_speed_while_it_accelerates():
+    """From 4 to 20 cm/s with 10 cm/s2 after a run-up: v^2 = v0^2 + 2 a s within 4 %, then braked to rest."""
+    begin, length = 0.02, (0.2**2 - 0.04**2) / (2 * 0.1)
+    route = Route(START, (Stretch(begin, 0.04, 0.04), Stretch(length, 0.04, 0.2), Stretch()))
+    rows = followed(route)
+    now, along = np.diff(rows[:, 1]) / np.diff(rows[:, 0]), (rows[1:, 1] + rows[:-1, 1]) / 2
+    braking = PathFollower.braking(0.2)
+    chosen = (along > begin + 0.01) & (along < begin + length - braking)
+    asked = np.sqrt(0.04**2 + 2 * 0.1 * (along[chosen] - begin))
+    assert chosen.sum() > 30 and np.abs(now[chosen] / asked - 1).max() < 0.04
+    assert np.abs(rows[:, 2]).max() < 1e-4 and rows[-1, 1] == pytest.approx(route.length, abs=2e-3)
+
+
 def test_a_zig_zag_is_driven_corner_by_corner_and_its_mirror_image_mirrored():
     """Three legs of 5 cm with corners of 60 degrees on the spot, and an arc: within 1 mm all along."""
 

@@ -1,9 +1,10 @@
-"""What several files say of the project is the same in each: dependencies, the release."""
+"""What several files say of the project is the same in each: dependencies, the release, the commands of its hosts."""
 
 import re
 import tomllib
 from pathlib import Path
 
+import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
@@ -46,3 +47,16 @@ def test_the_latest_release_and_its_day_are_one():
     latest = re.search(r"^## \[(\d\S*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert cited == [latest[1], latest[2]]
     assert Version(PYPROJECT["project"]["version"]) >= Version(latest[1])
+
+
+def test_hosts_run_targets_of_the_makefile_alone():
+    """So that what a public host runs is what a person types."""
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    commands = [line for line in (ROOT / ".ci" / "run").read_text().splitlines() if line.startswith("make ")]
+    for path in (ROOT / ".github" / "workflows").glob("*.yml"):
+        for job in yaml.safe_load(path.read_text())["jobs"].values():
+            commands += [line for step in job.get("steps", ()) for line in step.get("run", "").splitlines()]
+    assert len(commands) > 5
+    for command in commands:
+        program, *words = command.split()
+        assert program == "make" and words and {*words} <= targets, command

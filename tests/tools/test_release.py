@@ -2,7 +2,7 @@
 
 import tomllib
 
-from tools.release import EXTRA, EXTRA_TRIES, INSTALL_PAGE, ROOT
+from tools.release import EXTRA, EXTRA_TRIES, GOLDEN, INSTALL_PAGE, ROOT
 
 
 def test_each_extra_of_the_package_is_on_the_page_and_tried():
@@ -10,3 +10,7 @@ def test_each_extra_of_the_package_is_on_the_page_and_tried():
     extras = EXTRA.findall(INSTALL_PAGE.read_text())
     assert set(extras) == set(declared) == set(EXTRA_TRIES)
     assert len(set(extras)) == len(extras)
+
+
+def test_the_golden_vectors_are_there():
+    assert (ROOT / GOLDEN).is_file()

@@ -19,7 +19,7 @@ from rerun.chunk import RrdReader
 TIMELINE = "time"
 BUFFER, BLOB = "Image:buffer", "EncodedImage:blob"
 OBSERVER, STIMULUS, EYE = "/world/observer", "/world/stimulus", "/world/observer/camera"
-IMAGES = f"{EYE}/image"
+IMAGES, SPIKES = f"{EYE}/image", "/models/{model}/spikes/{channel}"
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,12 @@ class Recorded:
             for name in ("Pinhole:image_from_camera", "Transform3D:mat3x3", "Transform3D:translation")
         )
         return lens.reshape(3, 3).T, turn.reshape(3, 3).T, place  # Rerun's matrices are stored by column
+
+    def marks(self, model: str, channel: str) -> dict[int, int]:
+        """Frame -> the side of 0 on which its spikes are drawn."""
+        columns = self.columns[SPIKES.format(model=model, channel=channel)]
+        heights = [row[0] for row in columns["Scalars:scalars"] if row]
+        return {int(f): int(np.sign(height)) for f, height in zip(columns["frame"], heights, strict=True) if height}
 
 
 def recorded(path: Path) -> Recorded:
@@ -107,7 +113,7 @@ def picture(env: Any) -> np.ndarray:
 
 
 def recount(trial: Trial) -> None:
-    """Counts and peaks of a trial of the DSNN are those of its frames, and spikes have the potential's sign."""
+    """Counts, peaks and marks of a trial of the DSNN are those of its frames, and spikes have the potential's sign."""
     row, frames = trial.row, trial.frames
     assert row["spikes"] == row["hs_spikes"]
     for channel in ("hs", "vs"):
@@ -118,3 +124,5 @@ def recount(trial: Trial) -> None:
         )
         fired = np.flatnonzero(spikes)
         assert np.array_equal(np.sign(spikes[fired]), np.sign(potential[fired]))
+        expected = {int(frame): int(np.sign(spikes[frame])) for frame in fired}
+        assert trial.recording.marks("dsnn", channel) == expected, channel

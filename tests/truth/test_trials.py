@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import csv
 import math
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import experiments
-from tests.truth.files import OBSERVER, STIMULUS, recount, trials
+from tests.truth.files import EYE, OBSERVER, STIMULUS, recount, trials
+from tests.truth.flow import moved
 
 FPS, FOCAL_PX, RADIUS_CM, HEIGHT_CM = 30.0, 49.5 / math.tan(math.radians(35)), 2.0, 3.0
 HORIZON = slice(34, 39)
@@ -18,11 +21,16 @@ SIGNS = {"rightward": 1, "leftward": -1, "straight": 0}
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory):
+def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("truth") / "general"
     settings = {"camera.preset": "ideal", "experiment.speed_cm_s": 10}
     experiments.run("general", repeats=REPEATS, seed=2, settings=settings, out=place, workers=0, quiet=True)
-    found = trials(place)
+    return place
+
+
+@pytest.fixture(scope="module")
+def played(folder):
+    found = trials(folder)
     assert len(found) == 4 * REPEATS
     return found
 
@@ -53,6 +61,28 @@ def dark_edges(image):
     return dark.min(), dark.max() + 1
 
 
+def test_the_greys_of_a_row_are_the_ends_of_its_images(played):
+    for row, images in ((trial.row, trial.recording.images) for trial in played):
+        assert (row["darkest"], row["brightest"]) == (images.min(), images.max())
+
+
+def test_the_pinhole_is_that_of_the_robots_camera(first):
+    recording = first["translation", "rightward"].recording
+    lens, turn, _ = recording.pinhole()
+    assert recording.images.shape[1:] == (72, 99)
+    assert lens[0, 0] == pytest.approx(FOCAL_PX, abs=0.01) and lens[1, 1] == pytest.approx(FOCAL_PX, abs=0.01)
+    assert np.linalg.det(turn) == pytest.approx(1), EYE
+
+
+@pytest.mark.parametrize("direction", ["rightward", "leftward"])
+def test_the_images_flow_the_way_the_table_says(first, direction):
+    trial = first["translation", direction]
+    rightward, _ = moved(trial.recording.images)
+    assert abs(rightward) > 50, "it crosses a view of 99 px"
+    assert np.sign(rightward) == SIGNS[direction]
+    assert np.sign(trial.frames["hs"][np.abs(trial.frames["hs"]).argmax()]) == SIGNS[direction]
+
+
 @pytest.mark.parametrize("condition", [("approach", "straight"), ("translation", "rightward")])
 def test_the_hulls_projection_is_where_the_image_is_dark(first, condition):
     recording = first[condition].recording
@@ -65,6 +95,18 @@ def test_the_hulls_projection_is_where_the_image_is_dark(first, condition):
             assert right == pytest.approx(columns.max(), abs=1.5), frame
             compared += 1
     assert compared >= 15
+
+
+@pytest.mark.parametrize("direction", ["rightward", "leftward"])
+def test_the_bearing_is_that_of_the_dark_pixels(first, direction):
+    trial = first["translation", direction]
+    compared = 0
+    for bearing, image in zip(trial.frames["stimulus_bearing_deg"], trial.recording.images, strict=True):
+        if abs(bearing) < 18:
+            left, right = (math.degrees(math.atan((edge - 49.5) / FOCAL_PX)) for edge in dark_edges(image))
+            assert bearing == pytest.approx((left + right) / 2, abs=0.8), "right-positive, as the image is"
+            compared += 1
+    assert compared >= 10
 
 
 def test_the_arena_is_bright_and_the_hull_is_dark(played):
@@ -98,14 +140,33 @@ def test_the_achieved_speed_is_that_of_the_poses(played):
         assert trial.row["achieved_speed_cm_s"] == pytest.approx(trial.row["speed_cm_s"], rel=0.01)
         np.testing.assert_allclose(trial.frames["stimulus_x_cm"], place[:, 0], atol=1e-4)
         np.testing.assert_allclose(trial.frames["stimulus_y_cm"], place[:, 1], atol=1e-4)
-        (way,) = trial.recording.columns["/world/path"]["LineStrips3D:strips"][0]
-        np.testing.assert_allclose(way, place, atol=1e-4), "the observer stands, and has none"
 
 
-def test_counts_and_peaks_are_those_of_the_frames(played):
+def test_counts_peaks_and_marks_are_those_of_the_frames(played):
     for trial in played:
         recount(trial)
         row = trial.row
         assert row["firing_rate_hz"] == pytest.approx(row["spikes"] * FPS / row["frames"])
         if row["motion"] == "translation":
             assert {SIGNS[row["direction"]]} == {int(np.sign(v)) for v in trial.frames["hs_spikes"] if v}
+
+
+def test_the_summary_is_the_mean_of_the_trials(folder, played):
+    with (folder / "summary.csv").open() as file:
+        table = list(csv.DictReader(file))
+    seen = set()
+    for line in table:
+        values = [t.row[line["quantity"]] for t in played
+                  if (t.row["motion"], t.row["direction"]) == (line["motion"], line["direction"])]  # fmt: skip
+        assert int(line["n"]) == len(values) == REPEATS
+        mean, sd = np.mean(values), np.std(values, ddof=1)
+        assert float(line["mean"]) == pytest.approx(mean, abs=1e-9)
+        assert float(line["sd"]) == pytest.approx(sd, abs=1e-9)
+        assert float(line["median"]) == pytest.approx(np.median(values), abs=1e-9)
+        # Student's, of few trials; of a quantity that cannot be negative it ends at 0.
+        low, high = stats.t.interval(0.95, REPEATS - 1, mean, sd / math.sqrt(REPEATS)) if sd > 0 else (mean, mean)
+        low = low if line["quantity"].startswith(("trough", "peak", "mean_hs", "drift")) else max(low, 0.0)
+        assert float(line["ci_low"]) == pytest.approx(low, abs=1e-6), line
+        assert float(line["ci_high"]) == pytest.approx(high, abs=1e-6), line
+        seen.add((line["motion"], line["direction"], line["quantity"]))
+    assert {(*condition, "spikes") for condition in {(t.row["motion"], t.row["direction"]) for t in played}} <= seen

@@ -42,6 +42,11 @@ def test_tables_hold_every_trial_and_frame(finished):
     set_otherwise = pl.Schema({f"experiment.{name}": str for name in ("speeds_cm_s", "direction")})
     assert (trials.schema, frames.schema) == (TRIAL_SCHEMA | set_otherwise, FRAME_SCHEMA)
     assert trials["trial"].to_list() == list(range(8)) and frames.height == trials["frames"].sum()
+    for row in trials.to_dicts():
+        mine = frames.filter(trial=row["trial"])
+        assert mine["frame"].to_list() == list(range(row["frames"]))
+        assert row["spikes"] == mine["hs_spikes"].abs().sum() and row["peak_hs"] == mine["hs"].max()
+        assert row["achieved_speed_cm_s"] == pytest.approx(row["speed_cm_s"], rel=0.02) and row["path_error_mm"] < 1
     means = trials.group_by("direction", "speed_cm_s").agg(pl.col("spikes").mean())["spikes"]
     assert all(f"{mean:g}" in printed for mean in means) and "C15 not judged" in printed
 

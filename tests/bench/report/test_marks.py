@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import polars as pl
 import pytest
@@ -40,6 +41,11 @@ def of_run(run: experiments.Run | experiments.Footage) -> Marked:
     return recording, run.frames
 
 
+def robot() -> Marked:
+    settings = {"experiment.speeds_cm_s": [30], "experiment.direction": "rightward"}
+    return of_run(experiments.run("speed", repeats=1, settings=settings, workers=0, **MODEL))
+
+
 def clip() -> Marked:
     clips = (experiments.Clip("c", "plain", {"rows": 60, "columns": 80}),)
     return of_run(experiments.run(experiments.OfflineExperiment("one", "", clips, ("both.py",)), workers=0, **MODEL))
@@ -57,6 +63,15 @@ def episode() -> Marked:
     return Path("episode.rrd"), played.steps(0)
 
 
+def recorded_env() -> Marked:
+    made = gym.make("colias_sim/Pursuit-v0", observation="neural", model="both.py", max_episode_steps=FRAMES)
+    env = experiments.RecordRerun(made, "env.rrd")
+    env.reset(seed=0)
+    answers = [(env.step(np.zeros(2, np.float32)), made.unwrapped.response)[1] for _ in range(FRAMES)]
+    env.close()
+    return Path("env.rrd"), pl.DataFrame({name: [getattr(answer, name) for answer in answers] for name in SPIKES})
+
+
 def log() -> Marked:
     hs, vs, looming = [0, 2, -1, 0] * 3, [-3, 0, 0, 1] * 3, [0, 1] * 6
     frames = pl.DataFrame({"hs_spikes": hs, "vs_spikes": vs, "looming_spikes": looming})
@@ -68,7 +83,7 @@ def log() -> Marked:
     return of_run(experiments.load("run"))
 
 
-@pytest.mark.parametrize("kind", [clip, footage, episode, log])
+@pytest.mark.parametrize("kind", [robot, clip, footage, episode, recorded_env, log])
 def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[], Marked], tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_model(tmp_path, "both", ANSWER, ", channels=('hs', 'vs', 'looming')")

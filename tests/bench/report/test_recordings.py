@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from experiments.bench.cli import main
+from experiments.bench.report.recordings import pictures
 from experiments.bench.run import record
 
 FRAMES = np.random.default_rng(0).integers(0, 256, (3, 12, 16), np.uint8)
@@ -23,3 +24,8 @@ def test_a_folder_has_the_frames_of_each_eye_exactly(tmp_path):
         paths = [tmp_path / "out" / camera / f"{number:06d}.png" for number in range(3)]
         read = [cv2.imread(str(path), cv2.IMREAD_UNCHANGED) for path in paths]
         np.testing.assert_array_equal(read, images)
+
+
+def test_frames_that_went_through_jpeg_are_read_too(tmp_path):
+    recording = recorded(tmp_path / "clip.rrd", {"": record.jpegs(np.full((3, 12, 16), 90, np.uint8), 95)})
+    assert np.abs(pictures(recording)["camera"].astype(int) - 90).max() <= 2

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from colias_sim import RobotConfig
+from colias_sim import Robot, RobotConfig
 from experiments.bench.sources.conditions import Condition
 from experiments.bench.sources.course import nominal
 from experiments.bench.sources.judge import flaws
@@ -29,6 +29,20 @@ def crossing() -> Played:
     return driven(COLIAS4)
 
 
+def test_by_default_commands_reach_the_wheels_as_they_are(monkeypatch):
+    """A trial of the default robot is one in which nothing stands between command and wheel, to the bit."""
+    usual = driven(RobotConfig())
+
+    def direct(self, wheels):
+        for side, speed in zip(("left", "right"), wheels, strict=True):
+            self._data.actuator(f"{self.name}/{side}").ctrl[:] = speed / (self.config.wheel_radius_cm / 100)
+
+    monkeypatch.setattr(Robot, "drive", direct)
+    bare = driven(RobotConfig())
+    assert rows(usual) == rows(bare)
+    assert usual.record.frames.equals(bare.record.frames)
+
+
 def test_it_stops_by_time_whatever_it_reached(crossing):
     """After up to a slot of waiting, and whole slots of driving; the same again."""
     stimulus = nominal(CROSSING, crossing.trial.settings)["stimulus"]
@@ -47,6 +61,15 @@ def test_its_speed_and_drift_are_those_of_its_powers(crossing):
     radius = 3.2 / 2 * (left + right) / (right - left)
     assert crossing.drift_mm == pytest.approx(10 * way**2 / 2 / radius, rel=0.05)
     assert crossing.path_error_mm > 1.0
+
+
+def test_one_that_drifts_off_its_path_ends_and_counts():
+    """Untrimmed motors turn it about before it has crossed."""
+    lost = driven(dataclasses.replace(COLIAS4, motor_inequality=50.0))
+    (row,) = rows(lost)
+    assert lost.columns.sim_time_s[-1] < 5.0 and abs(lost.drift_mm) > 20.0
+    assert row["achieved_speed_cm_s"] < 9.9 and row["spikes"] >= 0
+    assert row["drive"] == "open" and flaws([row]) == "", "no tolerance voids it"
 
 
 def test_open_loop_and_powers_are_switched_apart():

@@ -123,3 +123,9 @@ def test_the_interval_of_the_sign_is_of_seconds_and_what_cannot_be_graded_is_nul
     silent = graded(np.zeros_like(FLOW))
     assert silent["flow_r"] == 0 and silent["right_sign"] is None
     assert set(graded(FLOW[:59], FLOW[:59]).values()) == {None}
+
+
+def test_a_network_of_the_other_sign_has_the_opposite_grade():
+    with_it, against = (graded(sign * (0.05 * FLOW + 0.02 * noise(2))) for sign in (1, -1))
+    assert with_it["flow_r"] == pytest.approx(-against["flow_r"])
+    assert with_it["right_sign"] + against["right_sign"] == pytest.approx(1.0)

@@ -232,3 +232,9 @@ def test_a_claim_that_names_its_models_is_asked_about_its_own_experiment_and_tri
     gone = next(row for row in rows if row["model"] == "lgmd1")
     (trials,) = every(plan, [row for row in rows if row is not gone])
     assert {key for key, number in trials.lost.items() if number} == {(gone["experiment"], "lgmd1")}
+
+
+def test_no_two_replicates_share_a_trial_s_seed():
+    """That replicate r is the whole design at the seed plus r is a law of sweeps."""
+    first, second, third = ({spec.seed for spec in design(1, 5, seed).specs} for seed in range(3))
+    assert not first & second and not second & third and not first & third
