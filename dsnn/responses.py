@@ -52,24 +52,20 @@ def checked_response(
     0.5
     """
     values: dict[str, Any] = {}
-    for channel in channels:
-        values[channel] = float(_number(channel, _entry(response, channel)))
-        if channel in SPIKING:
-            values[f"{channel}_spikes"] = _count(f"{channel}_spikes", _entry(response, f"{channel}_spikes"))
+    try:
+        for channel in channels:
+            values[channel] = float(_number(channel, getattr(response, channel)))
+            if channel in SPIKING:
+                name = f"{channel}_spikes"
+                values[name] = _count(name, getattr(response, name))
+    except AttributeError as error:
+        given = f"a {type(response).__name__} without {error.name}"
+        raise ResponseError(f"step() must return a dsnn.Response, got {given}") from None
     if values.get("looming_spikes", 0) < 0:
         raise ResponseError(f"looming_spikes must be 0 or more, got {values['looming_spikes']}")
     if shape is not None:
         values["maps"] = _maps(getattr(response, "maps", None), shape)
     return Response(**values)
-
-
-def _entry(response: Any, name: str) -> Any:
-    try:
-        return getattr(response, name)
-    except AttributeError:
-        raise ResponseError(
-            f"step() must return a dsnn.Response, got a {type(response).__name__} without {name}"
-        ) from None
 
 
 def _number(name: str, value: Any) -> Any:
@@ -96,7 +92,7 @@ def _count(name: str, value: Any) -> int:
 def _maps(maps: Any, shape: tuple[int, int]) -> LayerMaps | None:
     if maps is None:
         return None
-    layers = {name: _entry(maps, name) for name in MAP_SCALES}
+    layers: dict[str, Any] = {name: getattr(maps, name, None) for name in MAP_SCALES}
     for name, layer in layers.items():
         if not isinstance(layer, np.ndarray) or layer.shape != shape or layer.dtype.kind not in "fiu":
             raise ResponseError(f"maps.{name} must be an array of numbers, {shape}, got {_in_a_line(layer)}")

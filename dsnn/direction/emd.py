@@ -77,6 +77,9 @@ class EMD(Model[EMDParams]):
     True
     """
 
+    READOUT = ("log", "gain")
+    """Parameters that act on the mean output alone: models that differ only in them need one array (`read`)."""
+
     def __init__(self, shape: tuple[int, int], params: EMDParams | None = None) -> None:
         super().__init__(shape, params, EMDParams)
         q = self.params
@@ -108,7 +111,23 @@ class EMD(Model[EMDParams]):
             np.copyto(self._d, self._h)
         cv2.accumulateWeighted(self._h, self._d, self._delay)
         self._states.count()
-        hs, vs = (self._potential(self._opponent(shift)) for shift in self._shifts)
+        self._means = [self._opponent(shift) for shift in self._shifts]
+        return self.read(self.params)
+
+    def read(self, params: EMDParams) -> Response:
+        """Respond to the last frame again, as a model with another readout would.
+
+        Parameters
+        ----------
+        params
+            Parameters that differ from this model's in those of `READOUT` alone.
+
+        Returns
+        -------
+        Response
+            The response.
+        """
+        hs, vs = (self._potential(r, params) for r in self._means)
         return Response(hs, vs)
 
     def _opponent(self, shift: int) -> float:
@@ -119,6 +138,6 @@ class EMD(Model[EMDParams]):
         products -= h[:-shift] * d[shift:]
         return total(products) / (self.shape[0] * self.shape[1])
 
-    def _potential(self, r: float) -> float:
-        share = math.log1p(abs(r)) / math.log1p(FULL_SCALE) if self.params.log else abs(r) / FULL_SCALE
-        return math.copysign(self.params.gain * share, r)
+    def _potential(self, r: float, q: EMDParams) -> float:
+        share = math.log1p(abs(r)) / math.log1p(FULL_SCALE) if q.log else abs(r) / FULL_SCALE
+        return math.copysign(q.gain * share, r)

@@ -58,6 +58,9 @@ class DSNN(Model[DSNNParams]):
     0.0
     """
 
+    READOUT = ("on", "off", "k_sig", "k_sp", "t_sp")
+    """Parameters that act on the network's sums alone: models that differ only in them need one network (`read`)."""
+
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None, *, form: str | None = None) -> None:
         super().__init__(shape, params, DSNNParams)
         self.form = forms.chosen(form)
@@ -70,6 +73,21 @@ class DSNN(Model[DSNNParams]):
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         return self._network.step(luminance, maps=maps)
+
+    def read(self, params: DSNNParams) -> Response:
+        """Respond to the last frame again, as a model with another readout would.
+
+        Parameters
+        ----------
+        params
+            Parameters that differ from this model's in those of `READOUT` alone.
+
+        Returns
+        -------
+        Response
+            The response, without maps.
+        """
+        return self._network.read(params)
 
     def azimuth(self) -> float:
         """Locate the motion of the last frame in the view.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -147,14 +148,8 @@ class ReferenceNetwork:
         la_on, la_off = on_off(la, self._on.la, self._off.la, q.sigma_l)
         self._on.step(la_on)
         self._off.step(la_off)
-        hs, vs = self._lobula_plate()
-        return Response(
-            hs,
-            vs,
-            spikes(hs, q.k_sp, q.t_sp),
-            spikes(vs, q.k_sp, q.t_sp),
-            LayerMaps(p.copy(), la.copy(), self._on.f.copy(), self._off.f.copy()) if maps else None,
-        )
+        layers = LayerMaps(p.copy(), la.copy(), self._on.f.copy(), self._off.f.copy()) if maps else None
+        return replace(self.read(q), maps=layers)
 
     def azimuth(self) -> float:
         """Locate the motion of the last frame in the view, as `dsnn.DSNN.azimuth` does."""
@@ -162,10 +157,10 @@ class ReferenceNetwork:
         place = np.linspace(-1.0, 1.0, self._shape[1])
         return float(np.sum(energy * place) / (np.sum(energy) + LEAST_ENERGY))
 
-    def _lobula_plate(self) -> tuple[float, float]:
-        """Compute HS and VS: the sum of the intact pathways' sigmoid potentials."""
-        scale = self._shape[0] * self._shape[1] * self._params.k_sig
-        intact = [p for p, on in ((self._on, self._params.on), (self._off, self._params.off)) if on]
+    def read(self, q: DSNNParams) -> Response:
+        """Compute HS and VS, the sum of the intact pathways' sigmoid potentials, and their spikes."""
+        scale = self._shape[0] * self._shape[1] * q.k_sig
+        intact = [p for p, on in ((self._on, q.on), (self._off, q.off)) if on]
         hs = sum((odd_sigmoid(p.lp_hs, scale) for p in intact), 0.0)  # HS-VS
         vs = sum((odd_sigmoid(p.lp_vs, scale) for p in intact), 0.0)
-        return hs, vs
+        return Response(hs, vs, spikes(hs, q.k_sp, q.t_sp), spikes(vs, q.k_sp, q.t_sp))

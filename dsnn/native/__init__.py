@@ -90,8 +90,13 @@ class NativeNetwork(NativeModel):
 
     def step(self, luma: npt.NDArray[Any], *, maps: bool) -> Response:
         """Respond to the next frame, (R, C) uint8 or floating."""
-        answer = self._see(luma)
-        return Response(answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes, self._maps() if maps else None)
+        return _response(self._see(luma), self._maps() if maps else None)
+
+    def read(self, params: DSNNParams) -> Response:
+        """Respond to the last frame again, as `dsnn.DSNN.read` does."""
+        config, _ = _network_config(self._shape, params)
+        self._lib.dsnn_read(self._model, config, self._answer)
+        return _response(self._answer)
 
     def azimuth(self) -> float:
         """Locate the motion of the last frame, as `dsnn.direction.network.DSNN.azimuth` does."""
@@ -103,6 +108,11 @@ class NativeNetwork(NativeModel):
         return LayerMaps(*layers)
 
 
+def _response(answer: Any, maps: LayerMaps | None = None) -> Response:
+    return Response(answer.hs, answer.vs, answer.hs_spikes, answer.vs_spikes, maps)
+
+
+@functools.lru_cache(maxsize=64)
 def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, list[Any]]:
     """Make the C side's configuration, and the tables that it points to."""
     q, (rows, columns), ffi = params, shape, kernel().ffi

@@ -122,33 +122,40 @@ static int32_t spikes(double potential, double k_sp, double t_sp)
     return potential < 0.0 ? -count : count;
 }
 
-/* The potential of one system: HS or VS (LPTCs, HS-VS). */
-static double lobula_plate(dsnn *m, int32_t system, const double fields[2])
+/* The potential of one system, HS or VS: the sum of the intact pathways (HS-VS). */
+static double potential(const double sums[2], const dsnn_config *c)
 {
-    const int32_t intact[2] = {m->config.on, m->config.off};
-    double potential = 0.0;
-    int32_t i;
-    for (i = 0; i < 2; i++) {
-        double *sum = &m->sums[system][i];
-        *sum += m->config.alpha_mp * (fields[i] - *sum);
-        if (*sum < (double)VISION_TINY && *sum > -(double)VISION_TINY)
-            *sum = 0.0;
-        if (intact[i])
-            potential += sigmoid(*sum, m->config.scale);
-    }
-    return potential;
+    double sum = 0.0;
+    if (c->on)
+        sum += sigmoid(sums[0], c->scale);
+    if (c->off)
+        sum += sigmoid(sums[1], c->scale);
+    return sum;
+}
+
+void dsnn_read(const dsnn *m, const dsnn_config *c, dsnn_answer *answer)
+{
+    answer->hs = potential(m->sums[0], c);
+    answer->vs = potential(m->sums[1], c);
+    answer->hs_spikes = spikes(answer->hs, c->k_sp, c->t_sp);
+    answer->vs_spikes = spikes(answer->vs, c->k_sp, c->t_sp);
 }
 
 static void step(dsnn *m, const uint8_t *bytes, const float *floats, dsnn_answer *answer)
 {
     double fields[2][2];
+    int32_t system, i;
     m->passes->retina(m, bytes, floats);
     m->passes->contrast(m);
     m->passes->correlate(m, fields);
-    answer->hs = lobula_plate(m, 0, fields[0]);
-    answer->vs = lobula_plate(m, 1, fields[1]);
-    answer->hs_spikes = spikes(answer->hs, m->config.k_sp, m->config.t_sp);
-    answer->vs_spikes = spikes(answer->vs, m->config.k_sp, m->config.t_sp);
+    for (system = 0; system < 2; system++)
+        for (i = 0; i < 2; i++) {
+            double *sum = &m->sums[system][i];
+            *sum += m->config.alpha_mp * (fields[system][i] - *sum); /* LPTCs */
+            if (*sum < (double)VISION_TINY && *sum > -(double)VISION_TINY)
+                *sum = 0.0;
+        }
+    dsnn_read(m, &m->config, answer);
 }
 
 void dsnn_step_u8(dsnn *m, const uint8_t *luma, dsnn_answer *answer) { step(m, luma, NULL, answer); }

@@ -73,6 +73,9 @@ void dsnn_reset(dsnn *model);
 void dsnn_step_u8(dsnn *model, const uint8_t *luma, dsnn_answer *answer);
 void dsnn_step_f32(dsnn *model, const float *luma, dsnn_answer *answer);
 
+/* Answer the last frame again, with on, off, scale, k_sp and t_sp of another configuration: they act on sums alone. */
+void dsnn_read(const dsnn *model, const dsnn_config *other, dsnn_answer *answer);
+
 /* Copies of the layers of the last frame, rows x columns each: P, LA (signed), F of ON and of OFF. */
 void dsnn_maps(dsnn *model, float *p, float *la, float *f_on, float *f_off);
 

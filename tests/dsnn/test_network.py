@@ -7,7 +7,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from dsnn import DSNN, DSNNParams, ReferenceDSNN
+from dsnn import DSNN, EMD, DSNNParams, ReferenceDSNN
 from tests.conftest import crossing
 from tests.helpers.native_cases import drawn
 
@@ -54,6 +54,18 @@ def test_a_change_that_stays_as_it_was_adapts_fast():
     fast, plain = DSNN((30, 40), params).run(frames), ReferenceDSNN((30, 40), params).run(frames)
     np.testing.assert_allclose(fast.hs, plain.hs, atol=1e-5)
     assert np.abs(fast.hs[9:]).max() > 0.01, "it moves on"
+
+
+@pytest.mark.parametrize("kind", [DSNN, ReferenceDSNN, EMD])
+def test_another_readout_of_the_last_frame_is_the_response_of_a_model_that_has_it(kind):
+    rng, frames = np.random.default_rng(4), crossing(shape=(30, 40), count=12)
+    one = kind((30, 40))
+    for _ in range(9):
+        other = drawn(type(one.params), rng, extreme=False)
+        params = dataclasses.replace(one.params, **{name: getattr(other, name) for name in kind.READOUT})
+        one.reset()
+        model = kind((30, 40), params)
+        assert [(one.step(frame), one.read(params))[1] for frame in frames] == [model.step(frame) for frame in frames]
 
 
 @pytest.mark.parametrize("kind", [DSNN, ReferenceDSNN])

@@ -55,7 +55,8 @@ def every_answer(model: Any, frames: np.ndarray) -> list[Any]:
         maps = dataclasses.astuple(response.maps) if response.maps is not None else ()
         numbers = dataclasses.astuple(dataclasses.replace(response, maps=None))
         azimuth = model.azimuth() if hasattr(model, "azimuth") else None
-        told.append((numbers, azimuth, *(layer.tobytes() for layer in maps)))
+        again = model.read(model.params) if hasattr(model, "read") else None
+        told.append((numbers, azimuth, again, *(layer.tobytes() for layer in maps)))
     return told
 
 

@@ -177,6 +177,23 @@ class ModelRunner:
         """The section of ``--set`` that its parameters are under."""
         return family(self.label, type(self.network))
 
+    def share(self, others: Iterable[ModelRunner]) -> None:
+        """Let it read the network of one of ``others``, which see each frame before it, if just its readout differs."""
+        kind = type(self._model)
+        for other in others:
+            if type(other._model) is kind and (readout := vars(kind).get("READOUT")):
+                same = {name: getattr(other.network, name) for name in readout}
+                if replace(self.network, **same) == other.network:
+                    self._model = _Reader(other, self.network)
+                    return
+
+    def read(self, params: Any) -> Response:
+        """Return its response to the last frame with another readout; see `dsnn.DSNN.read`."""
+        if self.trouble:
+            raise RuntimeError(f"{self.label}, whose network it reads, raised")
+        answer: Response = self._model.read(params)
+        return answer
+
     def change(self, values: Mapping[str, str]) -> None:
         """Change parameters, as ``--set`` would; the model restarts with them, and its responses so far stay.
 
@@ -232,6 +249,16 @@ class ModelRunner:
         except Exception as error:
             self.trouble = traced(error)
         return None
+
+
+class _Reader:
+    """A model that differs from a runner's in its readout alone."""
+
+    def __init__(self, runner: ModelRunner, params: Any) -> None:
+        self._runner, self._params = runner, params
+
+    def step(self, frame: npt.NDArray[np.uint8]) -> Response:
+        return self._runner.read(self._params)
 
 
 def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]) -> None:
@@ -351,6 +378,9 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
         for eye, source, models in trial.sources():
             showing = Showing(source, models, eye, images=images)
             showing.runners[0].maps = maps and models[0] is trial.models[0]
+            if getattr(trial.condition, "hand", None) is None:  # a hand may change parameters on the way
+                for place, runner in enumerate(showing.runners):
+                    runner.share(showing.runners[:place])
             for _ in showing:
                 if watch:
                     watch(showing)
