@@ -71,8 +71,7 @@ class Offscreen:
         RuntimeError
             After `close`.
         """
-        self._drawn(self._rect, data, camera, option)
-        return self._read(self._pixels, self._rect)
+        return self._read(self._pixels, self._rect, self._drawn(self._rect, data, camera, option))
 
     def draw(
         self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, rows: range, slot: int = 0
@@ -100,7 +99,7 @@ class Offscreen:
         ndarray
             RGB, (len(rows), columns, 3) uint8, bottom row first. The next call overwrites this array.
         """
-        return self._read(self._pixels[: len(rows)], self._part(rows, slot))
+        return self._read(self._pixels[: len(rows)], self._part(rows, slot), self._current())
 
     def draw_into(
         self, rect: tuple[int, int, int, int], data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
@@ -121,7 +120,7 @@ class Offscreen:
 
     def read_all(self) -> npt.NDArray[np.uint8]:
         """Read the whole picture, in the form that `render` returns."""
-        return self._read(self._pixels, self._rect)
+        return self._read(self._pixels, self._rect, self._current())
 
     def _part(self, rows: range, slot: int) -> mujoco.MjrRect:
         return mujoco.MjrRect(0, slot * self._rect.height + rows.start, self._rect.width, len(rows))
@@ -129,7 +128,7 @@ class Offscreen:
     def _drawn(
         self, rect: mujoco.MjrRect, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
         rows: range | None = None, dress: Callable[[mujoco.MjvScene], None] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> _Surface:  # fmt: skip
         """Draw into a rectangle of the framebuffer: the whole view, or some rows of it."""
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self._model, data, option, None, camera, everything, self._scene)
@@ -143,9 +142,9 @@ class Offscreen:
         if self._bright:
             gl.clip_light(False)
         mujoco.mjr_render(rect, self._scene, surface.mjr)
+        return surface
 
-    def _read(self, pixels: npt.NDArray[np.uint8], rect: mujoco.MjrRect) -> npt.NDArray[np.uint8]:
-        surface = self._current()
+    def _read(self, pixels: npt.NDArray[np.uint8], rect: mujoco.MjrRect, surface: _Surface) -> npt.NDArray[np.uint8]:
         with self._use:
             mujoco.mjr_readPixels(pixels, None, rect, surface.mjr)
             if self._bright:

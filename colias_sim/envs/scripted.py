@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from colias_sim.envs.geometry import gap_to_arena, gap_to_robot
+from colias_sim.envs.geometry import HULL_RADIUS, gap_to_arena, gap_to_robot
 from colias_sim.pose import Pose, WheelSpeeds
 from colias_sim.robot import Robot
 
@@ -86,7 +86,9 @@ class Wander:
         """Find the side of the nearest thing in the path: 1 left, -1 right, 0 if the path is free."""
         here = poses[self._robot.name]
         nearest, side = self.REACH, 0.0
-        others = (gap_to_robot(here, there) for name, there in poses.items() if name not in self._unheeded)
+        far = 2 * (self.REACH + HULL_RADIUS)  # between two centres: beyond what is detected
+        near = [name for name, pose in poses.items() if abs(pose.x - here.x) < far and abs(pose.y - here.y) < far]
+        others = (gap_to_robot(here, poses[name]) for name in near if name not in self._unheeded)
         for gap, direction in (gap_to_arena(here, self._obstacles), *others):
             if gap < nearest and abs(direction) < self._cone(gap):
                 nearest, side = gap, 1.0 if direction >= 0.0 else -1.0
