@@ -30,7 +30,7 @@ from experiments.bench.run.description import (
 )
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import NAME as DESCRIPTION
-from experiments.bench.run.files import Files, read_parquet
+from experiments.bench.run.files import Files, read_parquet, replacing
 from experiments.bench.run.parameters import Parameters, of_model, with_columns
 from experiments.bench.run.rows import FAILURE, RECORDING, TrialRecord, table
 
@@ -42,12 +42,12 @@ PARTS = "parts"
 
 def _part(folder: Path, trial: int, name: str) -> Path:
     """Path of a trial's own file: its ``trials`` (rows) or ``frames``."""
-    return folder / PARTS / f"{trial:06d}-{name}.parquet"
+    return folder / PARTS / f"{trial:06d}-{name}.arrow"
 
 
 def _in_parts(folder: Path) -> list[int]:
     """Return the trials that have their own files: rows are written last."""
-    return sorted(int(path.name.partition("-")[0]) for path in (folder / PARTS).glob("*-trials.parquet"))
+    return sorted(int(path.name.partition("-")[0]) for path in (folder / PARTS).glob("*-trials.arrow"))
 
 
 def has_tables(folder: Path) -> bool:
@@ -76,7 +76,7 @@ def read_table(folder: Path, name: str, columns: list[str] | None = None) -> pl.
     if not parts:
         return read_parquet(whole, columns)
     wanted = None if columns is None else list(dict.fromkeys(["trial", *columns]))
-    tables = [read_parquet([_part(folder, trial, name) for trial in parts], wanted)]
+    tables = [pl.read_ipc_stream(_part(folder, trial, name), columns=wanted) for trial in parts]
     if whole.is_file():
         tables.append(read_parquet(whole, wanted).filter(~pl.col("trial").is_in(parts)))
     table = pl.concat(tables).sort("trial", maintain_order=True)
@@ -182,11 +182,15 @@ class RunFolder(Files):
             known.append(trial.pixels)
             self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self._renderers})
         self.path(PARTS).mkdir(exist_ok=True)
-        self.write_table(_part(self.folder, trial.index, "frames"), trial.frames)
+        self._write_part(trial.index, "frames", trial.frames)
         for model, reason in troubles.items():
             self.fail(trial.index, condition, seed, reason, model)
-        self.write_table(_part(self.folder, trial.index, "trials"), table(rows, self._schemas["trials"]))
+        self._write_part(trial.index, "trials", table(rows, self._schemas["trials"]))
         self._done.add(trial.index)
+
+    def _write_part(self, trial: int, name: str, rows: pl.DataFrame) -> None:
+        with replacing(_part(self.folder, trial, name)) as partial:
+            rows.write_ipc_stream(partial, compression="lz4")  # a seventh of the time of Parquet
 
     def fail(self, trial: int, condition: str, seed: int, reason: str, model: str = "") -> None:
         """Note what could not be done: a trial, a ``model`` in one, or its recording."""

@@ -31,7 +31,7 @@ def cut(folder, trials):
     for name in ("frames", "trials"):
         table = pl.read_parquet(folder / f"{name}.parquet")
         for trial in trials:
-            table.filter(trial=trial).write_parquet(_part(folder, trial, name))
+            table.filter(trial=trial).write_ipc_stream(_part(folder, trial, name))
 
 
 def keep(folder, trials):
