@@ -8,6 +8,7 @@ import pickle
 import signal
 import threading
 import time
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
@@ -89,6 +90,8 @@ class Workers:
         elif self._count:
             import loky  # type: ignore[import-untyped]  # not before: commands that run nothing do without it
 
+            # It renews a worker that has grown by 300 MB, as those of long runs do, and suspects a leak.
+            warnings.filterwarnings("ignore", "A worker was restarted")
             with without_interrupts():
                 self._executor = loky.ProcessPoolExecutor(
                     self._count, timeout=None, initializer=_begin_worker, initargs=(os.getpid(),)
