@@ -6,6 +6,7 @@ import inspect
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 from typing import Any, Protocol
 
 import cv2
@@ -179,13 +180,15 @@ class ModelRunner:
 
     def share(self, others: Iterable[ModelRunner]) -> None:
         """Let it read the network of one of ``others``, which see each frame before it, if just its readout differs."""
-        kind = type(self._model)
-        for other in others:
-            if type(other._model) is kind and (readout := vars(kind).get("READOUT")):
-                same = {name: getattr(other.network, name) for name in readout}
-                if replace(self.network, **same) == other.network:
-                    self._model = _Reader(other, self.network)
-                    return
+        if (other := next(filter(self._differs_in_readout, others), None)) is not None:
+            self._model = SimpleNamespace(step=lambda _: other.read(self.network))
+
+    def _differs_in_readout(self, other: ModelRunner) -> bool:
+        readout = vars(type(self._model)).get("READOUT", ())  # a class that inherits it may respond in its own way
+        if not readout or type(other._model) is not type(self._model):
+            return False
+        same = {name: getattr(other.network, name) for name in readout}
+        return bool(replace(self.network, **same) == other.network)
 
     def read(self, params: Any) -> Response:
         """Return its response to the last frame with another readout; see `dsnn.DSNN.read`."""
@@ -249,16 +252,6 @@ class ModelRunner:
         except Exception as error:
             self.trouble = traced(error)
         return None
-
-
-class _Reader:
-    """A model that differs from a runner's in its readout alone."""
-
-    def __init__(self, runner: ModelRunner, params: Any) -> None:
-        self._runner, self._params = runner, params
-
-    def step(self, frame: npt.NDArray[np.uint8]) -> Response:
-        return self._runner.read(self._params)
 
 
 def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]) -> None:
