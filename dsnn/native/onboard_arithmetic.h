@@ -6,6 +6,9 @@
 
 #if defined(__ARM_FEATURE_DSP)
 #include <arm_acle.h>
+#define BLOCK 1 /* cells that are computed together */
+#else
+#define BLOCK 64 /* as vector units like it */
 #endif
 
 #define LARGEST_G 32768

@@ -7,46 +7,27 @@
 #include "onboard_target.h"
 
 #define MANTISSA 5 /* bits of a companded code's place within its segment */
+#define SEGMENTS 7
 #define LOWEST 18 /* bits that D in Q (f_frac + 15) loses in the lowest segment */
 #define CHUNK 128 /* cells whose products are summed in 32 bits */
 
-/* How many bits `value` has above LOWEST + MANTISSA + 1: the segment of its code. `value` is below 2^30. */
-static uint32_t segment_of(uint32_t value)
-{
-#if defined(__GNUC__)
-    return 8 - (uint32_t)__builtin_clz(value | UINT32_C(1) << (LOWEST + MANTISSA)); /* 31 - (LOWEST + MANTISSA) is 8 */
-#else
-    uint32_t segment = 0;
-    while (value >> (LOWEST + MANTISSA + 1 + segment) != 0)
-        segment++;
-    return segment;
-#endif
-}
-
-/* As `rounded`, of a number above 0. */
-static uint32_t rounded_positive(config_of c, uint32_t x, uint32_t bits)
-{
-    return c->truncate ? x >> bits : (((x - 1) >> (bits - 1)) + 1) >> 1;
-}
-
 /* The next code of an 8-bit D that takes `f`, above 0. */
-static uint32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
+static int32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
 {
-    const int32_t d = c->decode[code];
-    const uint32_t value = (uint32_t)((d << 15) + alpha * (f - d)); /* above 0, as f and alpha are */
+    const int32_t d = c->decode[code], up = !c->truncate; /* from above the middle on, where it is not truncated */
+    int32_t value = (d << 15) + alpha * (f - d) - up, twice, segment;
 #if defined(__ARM_FEATURE_DSP)
     if (c->companding && !c->truncate && alpha > 0 && alpha < 32768) { /* the same in fewer instructions */
-        /* One less than the value: at a power of two both segments have one code. 17 is LOWEST - 1. */
+        /* One less than the value: at a power of two both segments have one code. */
         const uint32_t less = (uint32_t)__smlad(lower_halves(f, d), alpha + (32768 - alpha) * 65536, -1);
         const uint32_t shift = 25 - (uint32_t)__builtin_clz(less | UINT32_C(1) << (LOWEST + MANTISSA));
-        return ((less >> shift) + (shift << (MANTISSA + 1)) - (17u << (MANTISSA + 1)) + 1) >> 1;
+        return (int32_t)(((less >> shift) + (shift << (MANTISSA + 1)) - ((LOWEST - 1) << (MANTISSA + 1)) + 1) >> 1);
     }
 #endif
-    if (c->companding) {
-        const uint32_t segment = segment_of(value);
-        return (segment << MANTISSA) + rounded_positive(c, value, LOWEST + segment);
-    }
-    return rounded_positive(c, value, LOWEST + 4);
+    twice = value >>= c->companding ? LOWEST - 1 : LOWEST + 3; /* the code with one bit more */
+    for (segment = 1; c->companding && segment < SEGMENTS; segment++) /* the right one has the lowest code */
+        twice = smaller(twice, (value >> segment) + (segment << (MANTISSA + 1)));
+    return (twice + up) >> 1;
 }
 
 /* Low-pass 8-bit D of all spacings in a row, and leave them decoded in d_rows; whether any of it is not 0. */
@@ -69,7 +50,7 @@ static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
         } else {
             UNROLLED
             for (j = 0; j < spacings; j++) {
-                const uint32_t code = risen(c, codes[j * columns + x], input, c->alphas[j]);
+                const int32_t code = risen(c, codes[j * columns + x], input, c->alphas[j]);
                 codes[j * columns + x] = (uint8_t)code;
                 rows[j * columns + x] = (int16_t)c->decode[code];
             }

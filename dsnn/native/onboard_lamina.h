@@ -6,8 +6,6 @@
 #include "onboard_state.h"
 #include "onboard_target.h"
 
-#define BLOCK 64 /* cells that are blurred together */
-
 /* A tap times up to BLOCK cells, and the same of two rows of cells added to the sums. */
 static void weighed(int32_t *restrict sums, const int16_t *cells, int16_t tap, int32_t count)
 {

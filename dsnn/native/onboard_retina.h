@@ -11,21 +11,25 @@
 static void retina_row(const planes *l, int32_t y, const uint8_t *luma, int first, int16_t *const of[])
 {
     LOOP_CONFIG(l);
-    const size_t row = (size_t)y * (size_t)c->columns;
-    uint8_t *const before = l->luma + row;
-    int32_t x, i, any = 0;
-    for (x = 0; x < c->columns; x++) {
-        const int32_t now = luma[row + (size_t)x];
-        int32_t change = first ? 0 : now - before[x], left = 0, p;
-        before[x] = (uint8_t)now;
-        if (c->halved)
-            change = 2 * larger(-127, smaller(127, change / 2));
+    int32_t x, i, k, any = 0;
+    for (x = 0; x < c->columns; x += BLOCK) {
+        const int32_t count = smaller(BLOCK, c->columns - x);
+        const size_t at = (size_t)y * (size_t)c->columns + (size_t)x;
+        int32_t left[BLOCK] = {0};
         for (i = 1; i <= c->n_p; i++)
-            left += c->residues[i - 1] * of[i][row + (size_t)x];
-        p = change * (INT32_C(1) << c->p_frac) + rounded(c, left, 15);
-        p = larger(-LARGEST_P, signed_16_bits(p));
-        of[0][row + (size_t)x] = (int16_t)p;
-        any |= p;
+            for (k = 0; k < count; k++)
+                left[k] += c->residues[i - 1] * of[i][at + (size_t)k];
+        for (k = 0; k < count; k++) {
+            const int32_t now = luma[at + (size_t)k];
+            int32_t change = first ? 0 : now - l->luma[at + (size_t)k], p;
+            l->luma[at + (size_t)k] = (uint8_t)now;
+            if (c->halved)
+                change = 2 * larger(-127, smaller(127, change / 2));
+            p = change * (INT32_C(1) << c->p_frac) + rounded(c, left[k], 15);
+            p = larger(-LARGEST_P, signed_16_bits(p));
+            of[0][at + (size_t)k] = (int16_t)p;
+            any |= p;
+        }
     }
     l->moves[y] = any != 0;
 }
