@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import polars as pl
@@ -73,9 +73,7 @@ def compare(
     parameters = pl.DataFrame(texts, dict.fromkeys(("parameter", "first", "second"), pl.String), orient="row")
     columns, kinds = (CLIP_COLUMNS, TRIALS) if one.kind == "clips" else (CONDITION_COLUMNS, TRIAL_SCHEMA)
     results = _results(one, other, columns) if one.kind in ("clips", "trials", "measured") else []
-    for row, p in zip(results, holm([row["p"] for row in results]), strict=True):
-        row["p_holm"] = p
-    return parameters, table(results, pl.Schema({name: kinds[name] for name in columns}) | TESTED)
+    return parameters, corrected(results, pl.Schema({name: kinds[name] for name in columns}) | TESTED)
 
 
 def _results(one: Run, other: Run, columns: Sequence[str]) -> list[dict[str, Any]]:
@@ -87,19 +85,38 @@ def _results(one: Run, other: Run, columns: Sequence[str]) -> list[dict[str, Any
     pairs = [(label, label) for label in one.models if label in other.models]
     if not pairs and len(one.models) == len(other.models) == 1:
         pairs = [(one.models[0], other.models[0])]
-    rows = [row for pair in pairs for row in _tested(one, other, pair, columns, "seed")]
+    rows = [row for pair in pairs for row in tested(one.trials, other.trials, pair, columns, "seed")]
     if rows or {one.provenance, other.provenance} == {"simulated"}:
         return rows
-    return [row for pair in pairs for row in _tested(one, other, pair, columns)]
+    return [row for pair in pairs for row in tested(one.trials, other.trials, pair, columns)]
 
 
-def _tested(one: Run, other: Run, pair: tuple[str, str], columns: Sequence[str], *by: str) -> Iterator[dict[str, Any]]:
-    """Yield a row per condition that two models, one of each run, were both shown, paired ``by`` the seed or not."""
+def tested(
+    one: pl.DataFrame, other: pl.DataFrame, pair: tuple[str, str], columns: Sequence[str], *by: str
+) -> Iterator[dict[str, Any]]:
+    """Test the spikes of two models, one of each table of trials, in each condition that both were shown.
+
+    Parameters
+    ----------
+    one, other
+        Tables of trials.
+    pair
+        The models' labels.
+    columns
+        Those of a condition.
+    *by
+        Columns whose values pair the trials of a condition; without, they are independent.
+
+    Yields
+    ------
+    dict
+        A row per condition; p is not corrected: see `corrected`.
+    """
     keys = [*columns, *by]
     spikes = [
-        run.trials.filter(model=model).drop_nulls(["spikes", *by])
+        trials.filter(model=model).drop_nulls(["spikes", *by])
         .group_by(keys, maintain_order=True).agg(pl.col("spikes").cast(float).alias(name))
-        for run, model, name in zip((one, other), pair, ("first", "second"), strict=True)
+        for trials, model, name in zip((one, other), pair, ("first", "second"), strict=True)
     ]  # fmt: skip
     shared = spikes[0].join(spikes[1], on=keys, nulls_equal=True, maintain_order="left")
     for row in shared.group_by(columns, maintain_order=True).agg(pl.col("first", "second").explode()).to_dicts():
@@ -111,6 +128,12 @@ def _tested(one: Run, other: Run, pair: tuple[str, str], columns: Sequence[str],
             "n": min(len(first), len(second)), "mean_first": means[0], "mean_second": means[1],
             "mean_difference": means[0] - means[1], "rank_biserial": test.effect, "test": test.name, "p": test.p,
         }  # fmt: skip
+
+
+def corrected(rows: Sequence[dict[str, Any]], schema: Mapping[str, Any]) -> pl.DataFrame:
+    """Return rows of `tested` as a table with ``p_holm``, corrected for the number of rows."""
+    p_values = holm([row["p"] for row in rows])
+    return table([{**row, "p_holm": p} for row, p in zip(rows, p_values, strict=True)], schema)
 
 
 def first_difference(there: Run, here: Run) -> str:

@@ -9,18 +9,20 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
-from experiments.bench.result import Run, load, whole_networks
+from experiments.bench.compare import corrected, tested
+from experiments.bench.result import COMPARISONS, Run, load, whole_networks
 from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
-from experiments.bench.run.rows import TrialRecord, drawn_here, group
+from experiments.bench.run.rows import TrialRecord, drawn_here
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import applied, changed, check_counts, collect
 from experiments.bench.run.settings import assignments as of_mapping
@@ -35,7 +37,7 @@ from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, tria
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import find_claim
-from experiments.bench.stats.tests import holm, paired, summary_rows
+from experiments.bench.stats.tests import summary_rows
 from experiments.bench.stats.verdict import Verdict
 
 QUANTITIES = (
@@ -97,10 +99,8 @@ def usual_scene(experiment: Experiment | None) -> SceneConfig:
     """
     if experiment is None or not experiment.arena:
         return SceneConfig()
-    try:
+    with as_usage_error(f"experiment {experiment.name}: "):
         return SceneConfig(arena=known_arena(experiment.arena))
-    except ValueError as error:
-        raise UsageError(f"experiment {experiment.name}: {error}") from error
 
 
 def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
@@ -113,10 +113,8 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
         for section in ("robot", "camera", "scene", "experiment")
     )
     settings = Settings(chosen, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
-    try:
+    with as_usage_error("--set: "):
         return dataclasses.replace(experiment, design=design), settings
-    except ValueError as error:
-        raise UsageError(f"--set: {error}") from error
 
 
 def checked(
@@ -307,24 +305,12 @@ def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
     reference
         The model that all others are compared with; empty: every two models are.
     """
-    models = list(dict.fromkeys(row["model"] for row in rows))
-    table: list[dict[str, Any]] = []
-    counted = [row for row in rows if row["spikes"] is not None]
-    for condition, chosen in group(counted, *CONDITION_COLUMNS).items():
-        spikes = {m: {row["trial"]: row["spikes"] for row in chosen if row["model"] == m} for m in models}
-        for one, other in combinations(models, 2):
-            both = [trial for trial in spikes[one] if trial in spikes[other]]  # one may have failed in some
-            if not both or reference not in ("", one):  # the first of the models
-                continue
-            first, second = ([spikes[m][trial] for trial in both] for m in (one, other))
-            test = paired(first, second)
-            table.append(
-                {
-                    **dict(zip(CONDITION_COLUMNS, condition, strict=True)), "model": one, "against": other,
-                    "n": len(both), "mean_difference": (sum(first) - sum(second)) / len(both),
-                    "rank_biserial": test.effect, "test": test.name, "p": test.p,
-                }
-            )  # fmt: skip
-    for row, p in zip(table, holm([row["p"] for row in table]), strict=True):
-        row["p_holm"] = p
-    return table
+    table = pl.DataFrame(rows, infer_schema_length=None)
+    found = [
+        row
+        for _, chosen in table.group_by(CONDITION_COLUMNS, maintain_order=True)
+        for pair in combinations(table["model"].unique(maintain_order=True), 2)
+        if reference in ("", pair[0])
+        for row in tested(chosen, chosen, pair, CONDITION_COLUMNS, "trial")  # one may have failed in some
+    ]
+    return corrected(found, COMPARISONS).to_dicts()

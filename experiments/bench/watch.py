@@ -21,7 +21,7 @@ from experiments.bench.result import Run, load
 from experiments.bench.run import interrupts, provenance
 from experiments.bench.run.command import begun_by
 from experiments.bench.run.description import THRESHOLDS, begun, read_description
-from experiments.bench.run.errors import TrialError, UsageError
+from experiments.bench.run.errors import TrialError, UsageError, as_usage_error
 from experiments.bench.run.files import NAME, new_folder, part
 from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, model_texts, rate_notes, shown_models
@@ -92,10 +92,8 @@ def clip_of(entry: StimulusEntry, texts: Sequence[str], jitter_px: float) -> Cli
     """Return a stimulus with ``NAME.PARAM=VALUE`` set, before a trembling camera; `UsageError` if not legal."""
     changes = collect(texts, {entry.name: entry.params})
     params = changed(entry.name, entry.params, changes.get(entry.name, {}))
-    try:
+    with as_usage_error(f"{entry.name}: "):
         return Clip(entry.name, replace(entry, params=params), (), jitter_px)
-    except ValueError as error:
-        raise UsageError(f"{entry.name}: {error}") from error
 
 
 class Recorder:

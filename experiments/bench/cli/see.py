@@ -73,14 +73,12 @@ def _view_scene(arena: str, screenshot: Path | None) -> int:
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
     from experiments.bench.report import viewer
-    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.errors import as_usage_error
 
     if screenshot is None:
         viewer.require_screen(f"view {arena}: ", "use --screenshot")
-    try:
+    with as_usage_error():
         spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
-    except ValueError as error:
-        raise UsageError(str(error)) from None
     spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
     model = spec.compile()
     if screenshot is None:

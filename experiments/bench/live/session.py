@@ -13,7 +13,7 @@ from colias_sim import Pose
 from dsnn import Response
 from experiments.bench.api import run
 from experiments.bench.result import Run
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error
 from experiments.bench.run.files import new_folder
 from experiments.bench.run.play import ModelRunner, Sample, Showing, change
 from experiments.bench.run.settings import assignments
@@ -110,10 +110,8 @@ class Session:
         places = places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         hand = visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
         (spec,) = trials_of(*checked(hand, self.models, assignments(settings), 1, self.seed), self.seed)
-        try:
+        with as_usage_error():
             showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False)
-        except ValueError as error:
-            raise UsageError(str(error)) from error
         self.settings, self.spec, self._places = settings, spec, places
         self.trial: RobotSource = showing.source
         self._drive = cast(HandDrive, self.trial.drive)

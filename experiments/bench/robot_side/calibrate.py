@@ -11,7 +11,7 @@ import numpy as np
 from colias_sim import calibrate
 from experiments.bench.report.recordings import Images
 from experiments.bench.robot_side.logs import read_frames
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error
 
 Measured = tuple[dict[str, object], list[str]]
 """Parameters of the camera, as ``--set camera.NAME=VALUE`` takes them, and what is doubtful."""
@@ -55,10 +55,8 @@ def measure(folder: Path, fps: float, gain: float) -> Measured:
     }
     for kind, measured in kinds.items():
         films = [read_frames(path) for path in sorted(folder.glob(f"{kind}*"))]
-        try:
+        with as_usage_error(f"{folder}, {kind}*: "):
             found, doubts = measured(films) if films else ({}, [])
-        except calibrate.CalibrationError as error:
-            raise UsageError(f"{folder}, {kind}*: {error}") from None
         settings |= found
         notes += [f"{kind}*: {doubt}" for doubt in doubts]
     if not settings and not notes:

@@ -22,7 +22,7 @@ from dsnn.onboard.header import header
 from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
 from experiments.bench.robot_side.qemu import COMPILER, Q15, SIZE, Emulator
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error
 from experiments.bench.run.settings import changed, collect
 from experiments.bench.run.streams import stream
 
@@ -112,10 +112,8 @@ def memory_script(chip: ChipSettings, memory: Mapping[str, tuple[int, int]] = QE
 def config(program: Program) -> str:
     """Return the text of `CONFIG`; `UsageError` where the parameters have no fixed-point form."""
     network, chip = program
-    try:
+    with as_usage_error():
         return header(chip.shape, network)
-    except ValueError as error:
-        raise UsageError(str(error)) from None
 
 
 def build(program: Program, folder: Path) -> Path:

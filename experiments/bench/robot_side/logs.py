@@ -32,7 +32,7 @@ from experiments.bench.robot_side.firmware import MODEL
 from experiments.bench.robot_side.qemu import Q15
 from experiments.bench.run import record as rerun
 from experiments.bench.run import rows as of_rows
-from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.errors import UsageError, as_usage_error, short
 from experiments.bench.run.models import ConfiguredModel, ask, look_up
 from experiments.bench.run.play import Sample, Showing, Trial, play
 from experiments.bench.run.rows import COLUMN, OBSERVER
@@ -286,10 +286,8 @@ def pictures_in(folder: Path) -> list[Path]:
 
 def read_frames(folder: Path, shape: tuple[int, int] | None = None) -> Images:
     """Read pictures as a camera measured them, (T, R, C); `UsageError` for one of another size or kind."""
-    try:
+    with as_usage_error():
         frames = [read_picture(path, raw=True) for path in pictures_in(folder)]
-    except ValueError as error:
-        raise UsageError(str(error)) from None
     sizes = {frame.shape for frame in frames}
     if len(sizes) != 1 or shape not in (None, *sizes):
         rows, columns = shape or ("R", "C")

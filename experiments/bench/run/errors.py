@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -20,6 +22,15 @@ class UsageError(ValueError):
     def __init__(self, text: str) -> None:
         line = re.sub(r"\s*[\r\n\v\f]\s*", " ", text)
         super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
+
+
+@contextmanager
+def as_usage_error(before: str = "", after: str = "") -> Iterator[None]:
+    """Raise a ``ValueError`` of the block as a `UsageError`, its text between two others."""
+    try:
+        yield
+    except ValueError as error:
+        raise UsageError(f"{before}{error}{after}") from error
 
 
 class TrialError(RuntimeError):

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from dsnn import forms
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error
 from experiments.bench.run.user_code import digests, is_own, is_users, package_folders, sha256
 from experiments.bench.stats.claim import Claim
 
@@ -70,7 +70,9 @@ def of(sources: Iterable[str] = (), experiment: object = None) -> dict[str, Any]
     for path in (*filter(is_own, sources), *_declaring(experiment)):
         if not any(Path(path).resolve().is_relative_to(folder) for folder in package_folders().values()):
             files |= digests(Path(path))  # a file of the project's, asked for by its path, is part of its source
-    record: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form()}
+    with as_usage_error():
+        form = forms.chosen()
+    record: dict[str, Any] = {"files": files, "versions": versions(), "source": source(), "form": form}
     return {**record, "code": _code(record)}
 
 
@@ -96,14 +98,6 @@ def _code(record: Mapping[str, Any]) -> str:
     libraries = {name: version for name, version in record["versions"].items() if name != "python"}
     text = json.dumps([record["source"]["digest"], record["form"], files, libraries], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-def form() -> str:
-    """Return the form of the network that runs here; `UsageError` where the environment asks for one that cannot."""
-    try:
-        return forms.chosen()
-    except forms.FormError as error:
-        raise UsageError(str(error)) from None
 
 
 def versions() -> dict[str, str]:

@@ -14,7 +14,7 @@ import polars as pl
 
 from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, StimulusFrame, Truth, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
-from experiments.bench.run.errors import UsageError, check_declared
+from experiments.bench.run.errors import UsageError, as_usage_error, check_declared
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
@@ -474,10 +474,8 @@ def find_stimulus(source: str) -> StimulusEntry:
     if is_file(source):
         entry: StimulusEntry = declared(Path(source), "STIMULUS", StimulusEntry)
         return entry
-    try:
+    with as_usage_error(after=", or a .py file"):
         return stimulus_entry(source)
-    except ValueError as error:
-        raise UsageError(f"{error}, or a .py file") from None
 
 
 def place_of(entry: StimulusEntry) -> tuple[str, str] | None:

@@ -16,7 +16,7 @@ from colias_sim import PathFollower, Pose, Route, Schedule, Stretch, bearing
 from colias_sim.arena import arena_files
 from colias_sim.config import RobotConfig, SceneConfig
 from colias_sim.motors import TOP_POWER, Motors
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import as_usage_error
 from experiments.bench.run.streams import stream
 from experiments.bench.sources.conditions import DEPTH, Condition, Hand, Trajectory, pose_of
 from experiments.bench.sources.experiment import Settings
@@ -237,10 +237,8 @@ def files(scene: SceneConfig) -> list[str]:
 
 def _own_files(source: str) -> dict[Path, str]:
     """List a user's own files of an arena with their digests; `UsageError` where it is refused."""
-    try:
+    with as_usage_error():
         return arena_files(source)
-    except ValueError as error:
-        raise UsageError(str(error)) from error
 
 
 def obstacles(source: str) -> tuple[Obstacle, ...]:
@@ -259,10 +257,8 @@ def _obstacles(source: str, _digests: tuple[object, ...]) -> tuple[Obstacle, ...
     from colias_sim.obstacles import obstacles as standing
     from colias_sim.scene import compile_arena
 
-    try:
+    with as_usage_error():
         return standing(compile_arena(source))
-    except ValueError as error:
-        raise UsageError(str(error)) from error
 
 
 def check(conditions: Iterable[Condition], settings: Settings) -> None:
@@ -277,10 +273,8 @@ def check(conditions: Iterable[Condition], settings: Settings) -> None:
     around = obstacles(settings.scene.arena)
     for condition in conditions:
         if condition.hand is None:
-            try:
+            with as_usage_error(f"{condition.label()}: "):
                 _check(condition, settings, around)
-            except ValueError as error:
-                raise UsageError(f"{condition.label()}: {error}") from None
 
 
 def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle]) -> None:

@@ -6,7 +6,7 @@ import os
 import re
 from pathlib import Path
 
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error
 from experiments.bench.run.user_code import sha256
 
 DIGITS = 20
@@ -37,11 +37,9 @@ def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
     paths.sort(key=by_number)
     if not paths:
         raise UsageError(f"{option}: must hold one picture or more (PNG, JPEG, TIFF or BMP)")
-    try:
+    with as_usage_error(f"{option}: "):
         for path in paths:
             read_picture(path)
-    except ValueError as error:
-        raise UsageError(f"{option}: {error}") from None
     return tuple(map(str, paths))
 
 

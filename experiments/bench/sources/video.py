@@ -16,7 +16,7 @@ import polars as pl
 from dsnn.frames import frozen
 from dsnn.pictures import read_picture
 from dsnn.video import FASTEST, Video, read_video
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import Sample
 from experiments.bench.run.rows import COUNTS, FRAME, JOB, PEAKS, RESPONSES, peaks
@@ -130,10 +130,8 @@ class VideoSource:
             return _readable((n / USUAL_FPS, read_picture(file), NOTHING) for n, file in enumerate(files))
         if not path.exists():
             raise UsageError(f"{self.name}: no such file, folder or stimulus (a camera is given by its index)")
-        try:
+        with as_usage_error():
             self.film = read_video(path)
-        except ValueError as error:
-            raise UsageError(str(error)) from None
         self.rate = self.film.fps
         self.count = round(self.film.length_s * self.rate) or None if self.rate else None
         return _readable((time_s, image, NOTHING) for time_s, image in self.film)
@@ -212,10 +210,8 @@ def _of_camera(capture: cv2.VideoCapture) -> Iterator[Reading]:
 
 def _readable(readings: Iterator[Reading]) -> Iterator[Reading]:
     """Yield the frames of files; `UsageError` where one cannot be decoded."""
-    try:
+    with as_usage_error():
         yield from readings
-    except ValueError as error:
-        raise UsageError(str(error)) from None
 
 
 def resized(image: Image, size: tuple[int, int]) -> Image:
