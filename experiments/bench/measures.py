@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from dsnn.stimuli import ClipParams
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.rows import group, known
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
@@ -179,8 +179,7 @@ def chosen(
     found: list[Measure] = []
     giving: Sequence[Measure]
     for name in dict.fromkeys(wanted):
-        if name not in MEASURES:
-            raise UsageError(f"--measure {name}: unknown measure; known are {', '.join(MEASURES)}")
+        check_known("--measure", name, MEASURES)
         if name == SPIKES:
             every = {place: [one for some in shown for one in some] for place, shown in conditions.items()}
             giving = [(measure, place, columns) for place, of_it in every.items() if isinstance(of_it[0], Condition)

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from experiments.bench.grid import Levels
-from experiments.bench.run.errors import UsageError, check_name
+from experiments.bench.run.errors import UsageError, check_known, check_name
 from experiments.bench.run.models import beside
 from experiments.bench.run.user_code import declared, declares, is_file
 from experiments.bench.stats.claim import Claim
 from experiments.studies import FITS, STUDIES
-from scenes.hints import nearest
 
 TOGETHER = "all"
 """Id of all claims of a grid, or a fit, together, where there are several."""
@@ -168,9 +167,7 @@ def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
 
 def shipped(name: str) -> Any:
     """Return the study or the fit that ships under a name; `UsageError` where there is none."""
-    if name not in STUDIES | FITS:
-        near = nearest(name, STUDIES | FITS, " (", ")")
-        raise UsageError(f"unknown study or fit '{name}'{near}: {', '.join(STUDIES | FITS)}")
+    check_known("study or fit", name, STUDIES | FITS)
     module, _, variable = (STUDIES | FITS)[name].partition(".")
     return getattr(importlib.import_module(f"experiments.studies.{module}"), variable)
 

@@ -18,14 +18,13 @@ import polars as pl
 
 from dsnn.stimuli.looming import Looming
 from experiments.bench.run import provenance, settings
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import FRAMES, Trial, play
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.clips import TRIALS, Clip
 from experiments.bench.stats import curves
-from scenes.hints import nearest
 
 EXPERIMENT = "tuning"
 FRAME: dict[str, Any] = {"rows": 108, "columns": 144, "rest_s": 0.2}
@@ -113,8 +112,7 @@ def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str]
     """Return the clips of the curves that are named, or of all, checked; `UsageError` for what cannot be run."""
     settings.check_counts(seed)
     for name in names:
-        if name not in CURVES:
-            raise UsageError(f"--curve {name}: known are {', '.join(CURVES)}{nearest(name, CURVES, ' (', ')')}")
+        check_known("--curve", name, CURVES)
     chosen, _ = settings.watchers(models, assignments)
     looming = tuple(model for model in chosen if "looming" in model.channels)
     jobs: list[Job] = []

@@ -186,15 +186,14 @@ def list_names(
     experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
     """
     from experiments.bench.report.terminal import out_console
-    from experiments.bench.run.errors import UsageError
-    from scenes.hints import nearest
+    from experiments.bench.run.errors import check_known
 
     if kind == "runs":
         return _list_runs(Path(of or "runs"))
     if kind == "parameters":
         return _list_parameters(of or "speed", model, only)
-    if kind is not None and kind not in KINDS:
-        raise UsageError(f"list: no kind '{kind}'{nearest(kind, KINDS, ' (', ')')}: colias list --help names all")
+    if kind is not None:
+        check_known("kind", kind, KINDS)
     for heading in KINDS if kind is None else (kind,):
         out_console.print(heading, style="b")
         for name, summary in _names(heading).items():

@@ -9,8 +9,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from scenes.hints import nearest
-
 KINDS = {
     "model": ("a model of motion vision", "check"),
     "experiment": ("trials with the robot on a path of your own, and a claim", "run"),
@@ -47,10 +45,9 @@ def write(kind: str, name: str, folder: Path) -> Path:
         The file cannot be written.
     """
     from experiments.bench.report.templates import render
-    from experiments.bench.run.errors import UsageError
+    from experiments.bench.run.errors import UsageError, check_known
 
-    if kind not in KINDS:
-        raise UsageError(f"no kind '{kind}'{nearest(kind, KINDS, ' (', ')')}: there are {', '.join(KINDS)}")
+    check_known("kind", kind, KINDS)
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,59}", name):
         raise UsageError(f"a name must be a letter, then letters, digits, - and _, up to 60, got {name!r}")
     stem = name.replace("-", "_")

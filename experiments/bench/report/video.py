@@ -27,11 +27,10 @@ from dsnn.model import SPIKING
 from experiments.bench.report.palette import colours
 from experiments.bench.report.recordings import CAMERA, chunks, pictures_of, times_of
 from experiments.bench.report.style import look
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.files import replacing
 from experiments.bench.run.record import OFF, ON, STILL, channel_title
 from scenes import ARENA_RADIUS_CM
-from scenes.hints import nearest
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -141,9 +140,8 @@ class Reel:
                 self.values.setdefault(owner, {})[name] = whole
         if not found:
             raise UsageError(f"video {path}: a recording with neither pictures nor potentials nor robots")
-        if unknown := [name for name in models if name not in self.values]:
-            near = nearest(unknown[0], list(self.values), " (", ")")
-            raise UsageError(f"--model {unknown[0]}: must be one of {', '.join(self.values)}{near}")
+        for name in models:
+            check_known("--model", name, self.values)
         self.values = {name: self.values[name] for name in models or list(self.values)[:MOST_MODELS]}
 
     @property

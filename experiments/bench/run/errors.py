@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import Any
+
+from scenes.hints import nearest
 
 
 class UsageError(ValueError):
@@ -35,6 +37,12 @@ def as_usage_error(before: str = "", after: str = "") -> Iterator[None]:
 
 class TrialError(RuntimeError):
     """A trial that could not be completed, and why."""
+
+
+def check_known(what: str, name: str, known: Collection[str]) -> None:
+    """Raise `UsageError` for a ``name``, of a ``what``, that is none of those known; it has the nearest of these."""
+    if name not in known:
+        raise UsageError(f"{what} '{name}'{nearest(name, known, ' (', ')')} must be one of {', '.join(known)}")
 
 
 def check_name(what: str, name: object) -> None:

@@ -24,7 +24,7 @@ from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.run import record as rerun
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import beside
 from experiments.bench.run.play import FIELDS, FRAMES, Trial
@@ -33,7 +33,6 @@ from experiments.bench.run.streams import stream
 from experiments.bench.run.user_code import declared, is_own
 from experiments.bench.sources.behaviour import ENDING, Behaviour, Policy, load_policy
 from experiments.bench.sources.episode_scores import COLUMNS
-from scenes.hints import nearest
 
 EPISODES = pl.Schema(
     {
@@ -74,15 +73,12 @@ def load_behaviour(source: str) -> Behaviour:
     UsageError
         The name is unknown, or the file declares no `Behaviour` or holds no policy.
     """
-    from experiments.behaviours import BEHAVIOURS, GROUPS
+    from experiments.behaviours import BEHAVIOURS
 
     if source.endswith(ENDING):
         return load_policy(Path(source)).behaviour(Path(source).stem)
     if not is_own(source):
-        if source not in BEHAVIOURS:
-            known = (*GROUPS, *BEHAVIOURS)
-            near = nearest(source, known, " (", ")")
-            raise UsageError(f"no behaviour '{source}'{near}: known are {', '.join(known)}")
+        check_known("behaviour", source, BEHAVIOURS)
         return BEHAVIOURS[source]
     entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
@@ -96,11 +92,9 @@ def short_name(env: str) -> str:
 
 def env_id(name: str) -> str:
     """Find the registered env's id of ``Avoidance``, ``Avoidance-v0`` or the id itself; `UsageError` otherwise."""
-    for known in ENVS:
-        if name in (known, short_name(known), short_name(known).partition("-")[0]):
-            return known
-    known_names = [short_name(known) for known in ENVS]
-    raise UsageError(f"--env {name}{nearest(name, known_names, ' (', ')')}: known are {', '.join(known_names)}")
+    ids = {form: env for env in ENVS for form in (short_name(env).partition("-")[0], short_name(env), env)}
+    check_known("--env", name, ids)
+    return ids[name]
 
 
 # --- what a reflex sees and does --------------------------------------------------------------------------------------
