@@ -234,8 +234,9 @@ def fit(
     Raises
     ------
     UsageError
-        Something cannot be run so, in one line, or Optuna is not installed (the extra ``[fit]``). It is a
-        ``ValueError``.
+        Something cannot be run so, in one line. It is a ``ValueError``.
+    ImportError
+        Optuna is not installed: the extra ``[fit]``.
 
     Examples
     --------

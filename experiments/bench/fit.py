@@ -5,7 +5,6 @@ Each batch of settings is a sweep of one axis, and resumes as any other.
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -250,11 +249,10 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
     Raises
     ------
     UsageError
-        An argument is invalid, or Optuna is not installed.
+        An argument is invalid.
+    ImportError
+        Optuna is not installed.
     """
-    if importlib.util.find_spec("optuna") is None:
-        raise UsageError("a fit needs optuna, which is not installed: run 'sh tools/setup.sh --fit', or install"
-                         " colias-sim[fit]")  # fmt: skip
     check_counts(seed, fit.held_out, "--held-out")
     box, outside = box_of(fit)
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]

@@ -19,6 +19,7 @@ from experiments.bench.report.recordings import recordings_in
 from experiments.bench.run import parameters, provenance
 from experiments.bench.run.description import BEGUN, KIND, THRESHOLDS, begun, read_description
 from experiments.bench.run.errors import UsageError
+from experiments.bench.run.files import NAME
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.models import counted_channel
 from experiments.bench.run.rows import FAILURE, columns_of, table
@@ -319,7 +320,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pl.DataFrame:
     Parameters
     ----------
     folder
-        Where runs are, or one run. Folders in it are looked through, down to the parts of reproductions.
+        Where runs are, or one run. All folders in it are looked through.
 
     Returns
     -------
@@ -343,7 +344,7 @@ def runs(folder: str | os.PathLike[str] = "runs") -> pl.DataFrame:
     path = Path(folder)
     if not path.is_dir():
         raise UsageError(f"{path}: no such folder")
-    return table([_runs_row(place) for place in _found(path)], RUNS_COLUMNS).sort("when", "run")
+    return table([_runs_row(place.parent) for place in path.rglob(NAME)], RUNS_COLUMNS).sort("when", "run")
 
 
 def part_folders(folder: Path, levels: int = DEEPEST) -> Iterator[Path]:
@@ -353,16 +354,6 @@ def part_folders(folder: Path, levels: int = DEEPEST) -> Iterator[Path]:
             yield path
         elif levels > 1:
             yield from part_folders(path, levels - 1)
-
-
-def _found(folder: Path) -> Iterator[Path]:
-    """Yield the runs in a folder, and the parts of a whole after it."""
-    if begun(folder):
-        yield folder
-        if read_description(folder).get(KIND) not in WHOLES:
-            return
-    for path in part_folders(folder):
-        yield from _found(path)
 
 
 def _runs_row(folder: Path) -> dict[str, Any]:

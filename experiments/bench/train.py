@@ -217,7 +217,9 @@ def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple
     Raises
     ------
     UsageError
-        The folder has policies of another training, or the extra is not installed.
+        The folder has policies of another training.
+    ImportError
+        The extra is not installed.
     """
     files, first = [folder / f"policy-{policy.seed}{ENDING}" for policy in policies], policies[0]
     missing = []
@@ -249,12 +251,9 @@ def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple
 
 
 def require_training() -> None:
-    """Load what a training needs; `UsageError` without the extra, `GLUnavailable` where nothing can be drawn."""
-    try:
-        importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
-        importlib.import_module("stable_baselines3")
-    except ModuleNotFoundError as error:
-        raise UsageError(f"{error}: pip install 'colias-sim[train]', or make train") from error
+    """Load what a training needs; `ImportError` without the extra, `GLUnavailable` where nothing can be drawn."""
+    importlib.import_module("torch._dynamo")  # its Triton has to load before the renderer's LLVM: docs/install.md
+    importlib.import_module("stable_baselines3")
     reference_hash()
 
 

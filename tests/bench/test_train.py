@@ -176,11 +176,12 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
             train.run(asked(**other), tmp_path, Workers(0, quiet=True))
 
 
-def test_a_training_without_the_extra_is_a_wrong_use(tmp_path, monkeypatch):
+def test_a_training_without_the_extra_begins_nothing(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     monkeypatch.setitem(sys.modules, "torch._dynamo", None)
-    with pytest.raises(UsageError):
+    with pytest.raises(ImportError):
         train.run(asked(), tmp_path, Workers(0, quiet=True))
+    assert not any(tmp_path.iterdir())
 
 
 # --- with the extra ---------------------------------------------------------------------------------------------------

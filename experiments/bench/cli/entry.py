@@ -56,12 +56,6 @@ def _with_tip(message: str) -> str:
     return f"{rest}\ntip: did you mean '{meant[1]}'?"
 
 
-def run_file(path: str) -> None:
-    """Do what ``python experiments/NAME.py [OPTIONS]`` asks for: ``colias run`` on that file."""
-    sys.argv[1:1] = ["run", path]
-    main()
-
-
 def _outcome() -> tuple[int, str]:
     """Do what the command line asks for: the exit status, and a last text for stderr. A defect shows its traceback."""
     try:

@@ -41,6 +41,7 @@ from experiments.bench.run.user_code import sha256
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
 from experiments.bench.sources.experiment import Experiment
+from experiments.bench.sources.pictures import by_number
 from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, away_cm, responses, windows
 from experiments.bench.trials import batch, conclude, configure
@@ -280,8 +281,7 @@ def trial_folder(folder: Path, trial: int) -> Path:
 
 def pictures_in(folder: Path) -> list[Path]:
     """Return the pictures of a folder in the order of their numbers, 2 before 10; empty where there are none."""
-    pictures = [path for path in folder.glob("*") if path.suffix.lower() in PICTURES]
-    return sorted(pictures, key=lambda path: [int(number) for number in re.findall("[0-9]+", path.stem)])
+    return sorted((path for path in folder.glob("*") if path.suffix.lower() in PICTURES), key=by_number)
 
 
 def read_frames(folder: Path, shape: tuple[int, int] | None = None) -> Images:

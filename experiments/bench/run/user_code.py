@@ -178,5 +178,6 @@ def traced(error: BaseException) -> str:
 
 def run_main() -> None:
     """Run the experiment that the script ``python FILE [OPTIONS]`` declares, as ``colias run FILE`` does."""
+    sys.argv[1:1] = ["run", str(sys.modules["__main__"].__file__)]
     # Not imported above: the commands stand on everything else.
-    importlib.import_module("experiments.bench.cli.entry").run_file(sys.modules["__main__"].__file__)
+    importlib.import_module("experiments.bench.cli.entry").main()

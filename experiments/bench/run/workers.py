@@ -251,10 +251,8 @@ def _end_with(parent: int) -> None:
 
 def _client(address: str) -> Any:
     """Connect to a Dask scheduler that has workers."""
-    try:
-        from distributed import Client
-    except ImportError:
-        raise OSError("--cluster needs Dask: install colias-sim[cluster]") from None
+    from distributed import Client  # the extra [cluster]
+
     try:
         client: Any = Client(address, timeout=ANSWER_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except Exception as error:  # of many kinds: unknown host, refused, another protocol, another version

@@ -282,8 +282,8 @@ def _at_knots(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 LONGEST_FRAMES = 36_000
 """Frames of the longest trial by hand: 20 minutes at 30 frames per second."""
-FASTEST_CM_S, FASTEST_DEG_S = 35.0, 720.0
-"""Largest speed and turn rate of a command."""
+FASTEST_CM_S = 35.0
+"""Largest speed of a command."""
 
 RobotName = Literal["stimulus", "observer"]
 Place = tuple[float, float, float]
