@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from types import TracebackType
+from typing import Any
 
 import cv2
 import mujoco
@@ -110,15 +113,25 @@ class Camera:
         """Free the OpenGL context."""
         self._offscreen.close()
 
+    def in_use(self) -> AbstractContextManager[Any]:
+        """Keep the OpenGL context current in this thread, which saves time at each frame.
+
+        Returns
+        -------
+        context manager
+            Others may draw in the meantime, but no other thread may use this camera.
+        """
+        return self._offscreen.in_use()
+
     @property
     def renders(self) -> tuple[Render, ...]:
         """The renders of the current frame."""
-        return plan_frame(self.config, self._steps, *self._planned)
+        return self._renders_of(*self._planned)
 
     @property
     def next_renders(self) -> tuple[Render, ...]:
         """The renders of the next frame, of which those with steps up to 0 are in this one."""
-        return plan_frame(self.config, self._steps, *self._next_planned)
+        return self._renders_of(*self._next_planned)
 
     def tune(self, config: CameraConfig) -> None:
         """Use other settings from the next `restart` on, without compiling the scene again.
@@ -138,8 +151,9 @@ class Camera:
         self._set_optics()
 
     def _set_optics(self) -> None:
-        """Set up lens, noise and tone from the settings."""
+        """Set up plans, lens, noise and tone from the settings."""
         config = self.config
+        self._renders_of = lru_cache(partial(plan_frame, config, self._steps))
         shape = config.height, config.width
         self._falloff = falloff(*shape, config.focal_px, config.vignetting) if config.vignetting > 0.0 else None
         tone = Tone(config)
@@ -202,7 +216,7 @@ class Camera:
 
     def skip(self) -> None:
         """Discard the current frame and continue with the next. The exposure loop pauses."""
-        self.discard()
+        self._sensor.discard()
         self._turn(self._next_planned)
 
     def develop(self, rng: np.random.Generator, time: float) -> Frame:
@@ -237,22 +251,15 @@ class Camera:
         if config.auto_exposure:
             mean = float(self._metered(light).mean(dtype=np.float64))  # OpenCV's last bits depend on the array's memory
             self._exposure_ms = next_exposure(config, self._exposure_ms, mean, exposure_ms)
-        self.discard()
+        self._sensor.discard()
         # Disabled parts draw no random numbers, so that the noise of the others stays the same.
         if config.drop_probability > 0.0:
             dropped = rng.random() < config.drop_probability
             if dropped and self._last is not None:
-                frame = self._again(self._last, time)
+                frame = replace(self._last, time=time, age_ms=self._last.age_ms + 1000.0 * (time - self._last.time))
             self._last = frame
-        if config.auto_exposure or config.jitter_ms > 0.0:
-            self._turn(self._plan(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
-        else:
-            self._turn(self._next_planned)
+        self._turn(self._plan(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
         return frame
-
-    def discard(self) -> None:
-        """Discard the current exposure."""
-        self._sensor.discard()
 
     def _plan(self, jitter_sds: float) -> tuple[float, int]:
         """Plan a frame with the present exposure time; ``jitter_sds`` is the delay of its clock, in sd."""
@@ -264,10 +271,6 @@ class Camera:
         """Continue with the next frame, parts of which may be exposed already."""
         self._planned, self._next_planned = self._next_planned, after_next
         self._sensor.turn()
-
-    def _again(self, frame: Frame, time: float) -> Frame:
-        """Return an earlier frame in place of a dropped one."""
-        return replace(frame, time=time, age_ms=frame.age_ms + 1000.0 * (time - frame.time))
 
     def _mean(self, data: mujoco.MjData, exposure_ms: float) -> float:
         """Compute the mean grey of the present scene at an exposure time, with all rows at this moment."""

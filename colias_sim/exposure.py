@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -50,7 +49,6 @@ WHOLE = Render(0)
 """One render of the whole picture, which is all of the exposure."""
 
 
-@lru_cache(maxsize=512)
 def plan_frame(
     config: CameraConfig, steps_per_frame: int, exposure_ms: float, early_steps: int = 0
 ) -> tuple[Render, ...]:

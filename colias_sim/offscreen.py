@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from typing import Any
 
 import mujoco
@@ -151,11 +151,17 @@ class Offscreen:
                 gl.clip_light(True)
         return pixels
 
-    def _current(self) -> _Surface:
-        """Make the context current in this thread, until ``_use`` is closed. No other thread can use it meanwhile."""
+    def in_use(self) -> AbstractContextManager[Any]:
+        """Keep the context current in this thread, which saves time at each picture. No other thread can use it."""
         if self._surface is None:
             raise RuntimeError("this camera is closed: make a new Simulation")
-        self._use.enter_context(self._surface.context.as_current())
+        current: AbstractContextManager[Any] = self._surface.context.as_current()
+        return current
+
+    def _current(self) -> _Surface:
+        """Make the context current in this thread, until ``_use`` is closed."""
+        self._use.enter_context(self.in_use())
+        assert self._surface is not None
         return self._surface
 
     def retexture(self, texture: int) -> None:

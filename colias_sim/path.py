@@ -668,9 +668,8 @@ class PathFollower:
         tuple of float
             The speeds.
         """
-        self._go_on()
+        stretch = self._go_on()
         now, self._clock = self._clock, self._clock + dt
-        stretch = self._stretch()
         if stretch is not None and not stretch.moves:
             if stretch.rate:
                 self._moved = False  # the robot does not hold its place while it turns
@@ -678,6 +677,10 @@ class PathFollower:
             if not self._moved:
                 return 0.0, 0.0
         return self._followed(dt)
+
+    def drive(self, dt: float) -> None:
+        """Command the wheels for the next control interval of ``dt`` seconds."""
+        self._robot.drive(self.wheels(dt))
 
     def look(self) -> None:
         """Check, once a frame, whether the robot has stopped, and whether the route is over."""
@@ -704,19 +707,20 @@ class PathFollower:
             last += 1
         return last
 
-    def _go_on(self) -> None:
-        """Continue with the next stretch when the time on the spot is over."""
+    def _go_on(self) -> Stretch | None:
+        """Continue with the next stretch when the time on the spot is over; return the present one."""
         while (stretch := self._stretch()) is not None and not stretch.moves:
             if self._at == len(self._route.stretches) - 1 or self._clock < self._since + stretch.seconds - 1e-9:
-                return
+                return stretch
             self._at, self._since = self._at + 1, self._since + stretch.seconds
             following = self._stretch()
             if following is not None and following.moves:
                 self._ramp = self._surplus = 0.0
                 self._last, self._moved = self._last_before_stop(), True
                 self._tracker.index = self._at
-                return
+                return following
         self._moved = True
+        return stretch
 
     def _rests(self) -> bool:
         """Whether the robot stands at the next stop."""
@@ -747,10 +751,10 @@ class PathFollower:
         error = target - (vx * math.cos(heading) + vy * math.sin(heading))
         if abs(error) < self.NEAR * target:
             self._surplus += self.INTEGRAL_GAIN * error * dt
-        skew = math.remainder(pose.heading - route.body(Pose(0.0, 0.0, heading)).heading, 2 * math.pi)
-        turn = self._ramp * stretch.curvature - self._ramp * (
-            self.HEADING_GAIN * skew + self.OFFSET_GAIN * tracker.offset
-        )
+        facing = heading - math.pi if route.backward else heading
+        skew = math.remainder(pose.heading - facing, 2 * math.pi)
+        back = self.HEADING_GAIN * skew + self.OFFSET_GAIN * tracker.offset
+        turn = self._ramp * stretch.curvature - self._ramp * back
         speed = self._ramp * (1.0 + self._surplus / max(target, self.SLOWEST * self._top))
         return self._robot.wheels_for(-speed if route.backward else speed, turn)
 

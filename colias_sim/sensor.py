@@ -12,6 +12,7 @@ from colias_sim.exposure import Render
 from colias_sim.offscreen import Offscreen
 
 Floats = npt.NDArray[np.float32]
+_MOST_SLOTS = 4
 
 
 class Sensor:
@@ -115,8 +116,8 @@ class Sensor:
 
 
 def slots_of(config: CameraConfig) -> int:
-    """Count the slots that the framebuffer needs."""
-    return Strips.slots(config) if _has_bands(config) else 1
+    """Count the framebuffer's slots: with bands one for each sample of an exposure, and one for the next frame."""
+    return min(config.exposure_samples + 1, _MOST_SLOTS) if _has_bands(config) else 1
 
 
 def render_shape(config: CameraConfig) -> tuple[int, int]:
@@ -129,8 +130,6 @@ def _has_bands(config: CameraConfig) -> bool:
 
 
 # Bands of rows: a rolling shutter.
-
-_MOST_SLOTS = 4
 
 
 class Strips:
@@ -153,11 +152,6 @@ class Strips:
         self._offscreen, self._slots = offscreen, slots
         self._height, self._width, self._scale = config.height, config.width, config.supersample
         self._drawn: dict[int, list[Render]] = {}  # slot -> the bands in it that are not yet read
-
-    @staticmethod
-    def slots(config: CameraConfig) -> int:
-        """Count the slots that save readings: one for each sample of an exposure, and one for the next frame's."""
-        return min(config.exposure_samples + 1, _MOST_SLOTS)
 
     def draw(
         self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, render: Render,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import polars as pl
 
@@ -73,7 +74,9 @@ class RobotTrial(Trial):
         for model in self.models:
             by_eye.setdefault(through(model.label), []).append(model)
         for eye, models in by_eye.items():
-            yield eye, RobotSource(self, camera(self.settings, eye)), models
+            source = RobotSource(self, camera(self.settings, eye))
+            with source.sim.camera.in_use():
+                yield eye, source, models
 
     @property
     def fps(self) -> float:
@@ -191,6 +194,7 @@ class RobotSource:
         hand = self.trial.condition.hand
         changes = hand.changes_at(self.number) if hand else {}
         frame = self.sim.step(self._noise, self.drive)
+        darkest, brightest, _, _ = cv2.minMaxLoc(frame.luma)
         self.number += 1
         self.drive.look()
         lasting = 3.0 + 2.0 * self.course["stimulus"].seconds
@@ -200,14 +204,14 @@ class RobotSource:
         ahead = bearing(poses["observer"], poses["stimulus"], self.trial.settings.camera.forward_cm / 100)
         self._tracker.see(poses["stimulus"])
         truth: dict[str, Any] = {
-            "robot": OBSERVER, "sim_time_s": frame.time, "stimulus_bearing_deg": float(np.degrees(ahead)),
+            "robot": OBSERVER, "sim_time_s": frame.time, "stimulus_bearing_deg": math.degrees(ahead),
             "along_m": self._tracker.along, "offset_m": self._tracker.offset,
             "exposure_ms": frame.exposure_ms, "row_time_us": frame.row_time_us,
-            "darkest": int(frame.luma.min()), "brightest": int(frame.luma.max()),
+            "darkest": int(darkest), "brightest": int(brightest),
         }  # fmt: skip
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
-            truth[f"{name}_heading_deg"] = float(np.degrees(pose.heading))
+            truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
         return Sample(frame.time, frame.luma, truth, changes)
 
     def columns(self) -> dict[str, Any]:
@@ -265,20 +269,17 @@ class Drive:
     def __init__(self, sim: Simulation, course: Course) -> None:
         self._sim, self.over = sim, False
         self._drivers = {
-            name: (sim.robots[name], _driver(sim.robots[name], script))
+            name: _driver(sim.robots[name], script)
             for name, script in course.items()
             if any(stretch.moves or stretch.rate for stretch in script.route.stretches)
         }
-        stimulus, driver = self._drivers["stimulus"]
-        self._ends = stimulus.begins() + driver.seconds if isinstance(driver, OpenLoop) else None
+        driver = self._drivers["stimulus"]
+        self._ends = sim.robots["stimulus"].begins() + driver.seconds if isinstance(driver, OpenLoop) else None
 
     def __call__(self, dt: float) -> None:
         """Command the wheels for the next ``dt`` seconds."""
-        for robot, driver in self._drivers.values():
-            if isinstance(driver, OpenLoop):
-                driver.drive(dt)
-            else:
-                robot.drive(driver.wheels(dt))
+        for driver in self._drivers.values():
+            driver.drive(dt)
 
     def look(self) -> None:
         """Note once a frame whether the trial is over: the stimulus passed the end or rested there, or its time is up.
@@ -287,7 +288,7 @@ class Drive:
         """
         if self._ends is not None:
             self.over = float(self._sim.data.time) >= self._ends - 1e-9
-        for name, (_, driver) in self._drivers.items():
+        for name, driver in self._drivers.items():
             if isinstance(driver, PathFollower):
                 driver.look()
                 if name == "stimulus":
