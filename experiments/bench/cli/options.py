@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.bench.run.errors import UsageError
+
 if TYPE_CHECKING:
     from experiments.bench.run.workers import Workers as Pool
 
@@ -56,7 +58,6 @@ def pool(workers: int | None, cluster: str | None, quiet: bool) -> Pool:
 
 def width_height(size: str | None) -> tuple[int, int] | None:
     """Return the numbers of a text such as 320x180; ``None`` where none is given."""
-    from experiments.bench.run.errors import UsageError
 
     shape = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size or "")
     if size is not None and shape is None:
@@ -72,7 +73,6 @@ def typed(context: typer.Context) -> set[str]:
 
 def check_new(folder: Path) -> None:
     """Raise `UsageError` for a folder that is there and not empty."""
-    from experiments.bench.run.errors import UsageError
 
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UsageError(f"{folder} must be a new or an empty folder")

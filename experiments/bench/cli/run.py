@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from experiments.bench.cli import options
+from experiments.bench.run.errors import UsageError
 
 REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
 """Commands and calls whose runs can be repeated."""
@@ -46,7 +47,6 @@ def run(
     from experiments.bench.api import perform
     from experiments.bench.cli import tables
     from experiments.bench.report.terminal import tell_troubles
-    from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.pictures import folder_pictures
 
     if again is not None:
@@ -80,7 +80,6 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     from experiments.bench.run import provenance
     from experiments.bench.run.command import begun_by
     from experiments.bench.run.description import ENDED
-    from experiments.bench.run.errors import UsageError
 
     there = load(run)
     command = there.description.get("command", {})
@@ -114,7 +113,6 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
 def _call_again(run: Path, arguments: dict[str, Any]) -> int:
     """Do a call of `experiments.run` once more."""
     import experiments
-    from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.conditions import Hand
     from experiments.bench.sources.experiment import LIVE, visit
 

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from experiments.bench.cli import options
+from experiments.bench.run.errors import UsageError, as_usage_error, check_known
 
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
@@ -40,7 +41,6 @@ def view(
     from experiments.bench.report.recordings import recording, recordings_in
     from experiments.bench.report.terminal import out_console
     from experiments.bench.run import interrupts
-    from experiments.bench.run.errors import UsageError
     from scenes import ARENA_ENDINGS, ARENAS
 
     if screenshot is not None and screenshot.suffix != ".png":
@@ -73,7 +73,6 @@ def _view_scene(arena: str, screenshot: Path | None) -> int:
     from colias_sim.scene import compose
     from colias_sim.simulation import TRIAL_ROBOTS
     from experiments.bench.report import viewer
-    from experiments.bench.run.errors import as_usage_error
 
     if screenshot is None:
         viewer.require_screen(f"view {arena}: ", "use --screenshot")
@@ -119,7 +118,6 @@ def video(
     from experiments.bench.report.recordings import pictures, recording, write_pictures
     from experiments.bench.report.terminal import progress, show_places
     from experiments.bench.report.video import Reel, film_times, make, strip
-    from experiments.bench.run.errors import UsageError
 
     if out.suffix and out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
@@ -157,7 +155,6 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
     import polars as pl
 
     from experiments.bench.report.recordings import write_pictures
-    from experiments.bench.run.errors import UsageError
     from experiments.bench.sources.clips import find_stimulus, truth_of
     from experiments.bench.watch import clip_of
 
@@ -186,7 +183,6 @@ def list_names(
     experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
     """
     from experiments.bench.report.terminal import out_console
-    from experiments.bench.run.errors import check_known
 
     if kind == "runs":
         return _list_runs(Path(of or "runs"))

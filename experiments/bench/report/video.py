@@ -17,6 +17,7 @@ import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
+import pyarrow.compute as pc
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -407,9 +408,7 @@ def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:
     """Return all numbers of a column of lists, of any depth."""
-    values: Any = batch[column]
-    while pa.types.is_list(values.type) or pa.types.is_fixed_size_list(values.type):
-        values = values.flatten()
+    values: Any = pc.list_flatten(batch[column], recursive=True)
     flat: Floats = values.to_numpy(zero_copy_only=False).astype(np.float64)
     return flat
 

@@ -37,16 +37,15 @@ def require_screen(what: str, instead: str) -> None:
         raise UsageError(f"{what}the viewer needs a screen (DISPLAY is not set): {instead}")
 
 
-def url(address: str) -> str:
-    """Return the URL of the viewer at an address, HOST:PORT."""
-    return f"rerun+http://{address}/proxy"
+def url(port: int) -> str:
+    """Return the URL of the viewer at a port of this machine."""
+    return f"rerun+http://{HOST}:{port}/proxy"
 
 
-def listens(address: str) -> bool:
-    """Tell whether something listens at an address, HOST:PORT."""
-    host, _, port = address.rpartition(":")
+def listens(port: int) -> bool:
+    """Tell whether something listens at a port of this machine."""
     try:
-        with socket.create_connection((host, int(port)), ANSWERS_S):
+        with socket.create_connection((HOST, port), ANSWERS_S):
             return True
     except OSError:
         return False
@@ -62,10 +61,10 @@ def opened(instead: str) -> str:
     viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
     deadline = time.monotonic() + START_S
     while viewer.poll() is None and time.monotonic() < deadline:
-        listening = listens(f"{HOST}:{port}")
+        listening = listens(port)
         time.sleep(SETTLES_S if listening else 0.05)  # it listens before it finds that it has no window
         if listening and viewer.poll() is None:
-            return url(f"{HOST}:{port}")
+            return url(port)
     viewer.terminate()
     raise UsageError(instead)
 
@@ -110,11 +109,11 @@ def screenshot(file: Path, place: Path) -> None:
     with subprocess.Popen([*program(), *options, str(file.absolute())], stdout=quiet, stderr=quiet) as child:
         try:
             deadline = time.monotonic() + PAINTS_S
-            while not listens(f"{HOST}:{port}"):
+            while not listens(port):
                 if child.poll() is not None or time.monotonic() > deadline:
                     raise UsageError("Rerun's viewer cannot draw: on Debian run 'apt-get install mesa-vulkan-drivers'")
                 time.sleep(0.1)
-            place.write_bytes(_painted(ViewerClient.connect(url(f"{HOST}:{port}")), deadline))
+            place.write_bytes(_painted(ViewerClient.connect(url(port)), deadline))
         except (ConnectionError, TimeoutError):
             raise UsageError(f"Rerun's viewer broke off while it opened {file}") from None
         finally:

@@ -14,6 +14,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -21,7 +22,7 @@ from typing import Any, ClassVar
 import numpy as np
 import polars as pl
 
-from colias_sim import Pose, bearing
+from colias_sim import bearing
 from colias_sim.config import CameraConfig
 from dsnn import MODELS, Response
 from dsnn.pictures import read_picture
@@ -39,7 +40,7 @@ from experiments.bench.run.rows import COLUMN, OBSERVER
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.user_code import sha256
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition
+from experiments.bench.sources.conditions import CONDITION_COLUMNS, Condition, pose_of
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.sources.pictures import by_number
 from experiments.bench.sources.robot import MARK, TRUE
@@ -242,7 +243,7 @@ class LogTrial(Trial):
             truth = {"robot": OBSERVER, "sim_time_s": row[TIME], "stimulus_bearing_deg": None}
             truth |= {name: row.get(name) for name in POSES}
             if self.tracked:
-                stimulus, observer = (_pose(row, robot) for robot in ("stimulus", "observer"))
+                stimulus, observer = (pose_of(itemgetter(*names)(row)) for names in (POSES[:3], POSES[3:]))
                 ahead = bearing(observer, stimulus, self.camera.forward_cm / 100)
                 truth["stimulus_bearing_deg"] = math.degrees(ahead)
             yield Sample(row[TIME], image, truth)
@@ -268,10 +269,6 @@ class LogTrial(Trial):
             measured["seconds_in_view"] = float(parts["in_view"].sum()) / self.fps
         lost = {f"{end}_{channel}" for channel in self.unknown.get(model.label, ()) for end in ("peak", "trough")}
         return {**measured, **dict.fromkeys(lost & measured.keys()), COLUMN: self.origins[model.label]}
-
-
-def _pose(row: Mapping[str, Any], robot: str) -> Pose:
-    return Pose(row[f"{robot}_x_cm"] / 100, row[f"{robot}_y_cm"] / 100, math.radians(row[f"{robot}_heading_deg"]))
 
 
 def trial_folder(folder: Path, trial: int) -> Path:
