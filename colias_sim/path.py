@@ -679,7 +679,13 @@ class PathFollower:
         return self._followed(dt)
 
     def drive(self, dt: float) -> None:
-        """Command the wheels for the next control interval of ``dt`` seconds."""
+        """Command the wheels for the next control interval.
+
+        Parameters
+        ----------
+        dt
+            Length of the interval, in seconds.
+        """
         self._robot.drive(self.wheels(dt))
 
     def look(self) -> None:
