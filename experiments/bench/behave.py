@@ -21,7 +21,7 @@ from colias_sim.envs.randomise import PRESET
 from experiments.bench.report.terminal import progress
 from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_unique
 from experiments.bench.run.models import choose
 from experiments.bench.run.rows import TrialRecord, drawn_here, recording_of
 from experiments.bench.run.runs import Batch
@@ -126,9 +126,7 @@ def plan(
     others = (references or ENVS[where].baselines) if baselines else ()
     played = tuple(dict.fromkeys([*asked, *others]))
     check_counts(seed, count, "--episodes")
-    called = [load_behaviour(name).name for name in played]
-    if twice := next((name for name in called if called.count(name) > 1), None):
-        raise UsageError(f"two behaviours are called {twice}; rename one of them")
+    check_unique("two behaviours", [load_behaviour(name).name for name in played])
     return episodes(played, where, options, count, seed, reference=(references or [first.name])[0])
 
 

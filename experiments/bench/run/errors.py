@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -43,6 +43,12 @@ def check_known(what: str, name: str, known: Collection[str]) -> None:
     """Raise `UsageError` for a ``name``, of a ``what``, that is none of those known; it has the nearest of these."""
     if name not in known:
         raise UsageError(f"{what} '{name}'{nearest(name, known, ' (', ')')} must be one of {', '.join(known)}")
+
+
+def check_unique(what: str, names: Sequence[str]) -> None:
+    """Raise `UsageError` for a name that is there twice: ``what`` are called so."""
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise UsageError(f"{what} are called '{twice}'; rename one of them")
 
 
 def check_name(what: str, name: object) -> None:

@@ -14,7 +14,7 @@ import polars as pl
 
 from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, StimulusFrame, Truth, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
-from experiments.bench.run.errors import UsageError, as_usage_error, check_declared
+from experiments.bench.run.errors import UsageError, as_usage_error, check_declared, check_unique
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
@@ -392,10 +392,7 @@ class OfflineExperiment:
         for index, clip in enumerate(self.clips):
             if not isinstance(clip, Clip):
                 raise ValueError(f"experiment {self.name}: clips[{index}] must be a Clip, got {clip!r}")
-        names = [clip.name for clip in self.clips]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice is not None:
-            raise ValueError(f"experiment {self.name}: two clips are called '{twice}'")
+        check_unique(f"experiment {self.name}: two clips", [clip.name for clip in self.clips])
         for clip in self.clips:
             for name in self.figure.parameters():
                 if not hasattr(clip.entry.params, name):

@@ -15,7 +15,7 @@ from functools import cache
 from importlib import resources
 from typing import Any, Literal, TypeVar
 
-from experiments.bench.run.errors import check_name, short
+from experiments.bench.run.errors import check_name, check_unique, short
 from experiments.bench.run.user_code import traced
 from experiments.bench.stats.checks import Check, weakest
 from experiments.bench.stats.count import count
@@ -274,8 +274,4 @@ def check_claims(experiment: str, claims: Any) -> None:
     if not isinstance(claims, tuple) or not all(isinstance(claim, str | Claim) for claim in claims):
         must = "claims must be a tuple of ids and of claims of your own; a comma makes one: (X,)"
         raise ValueError(f"experiment {experiment}: {must}, got {short(claims)}")
-    own = [claim for claim in claims if isinstance(claim, Claim)]
-    ids = [claim.id for claim in own]
-    for claim in own:
-        if ids.count(claim.id) > 1:
-            raise ValueError(f"experiment {experiment}: two claims are called '{claim.id}'")
+    check_unique(f"experiment {experiment}: two claims", [claim.id for claim in claims if isinstance(claim, Claim)])

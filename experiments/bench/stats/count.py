@@ -133,13 +133,8 @@ class Count:
         """The word; without one ``4 of 5``, or ``not judged``."""
         return self.word or (f"{self.holds} of {self.judged}" if self.kind == "counted" else "not judged")
 
-    def sentence(self, name: str = "replicate") -> str:
+    def sentence(self) -> str:
         """Say in how many replicates the claim held, and why others could not be judged.
-
-        Parameters
-        ----------
-        name
-            What a replicate is called.
 
         Examples
         --------
@@ -151,12 +146,12 @@ class Count:
         reasons = [f"not judged in {number}: {REASONS[reason]}" for reason, number in self.unjudged.items()]
         if self.half is not None:
             constants = "another model's constants are not known"
-            return f"not judged, as {constants}; the DSNN's half {self.half.sentence(name)}"
+            return f"not judged, as {constants}; the DSNN's half {self.half.sentence()}"
         if not self.judged:
-            whole = "not judged" if self.replicates == 1 else f"not judged in any of {self.replicates} {name}s"
+            whole = "not judged" if self.replicates == 1 else f"not judged in any of {self.replicates} replicates"
             return "; ".join([whole, *(REASONS[reason] for reason in self.unjudged)])
         if self.random and self.replicates > 1:
-            first = f"{'holds' if self.holds else 'fails'} in {self.holds or self.fails} of {self.judged} {name}"
+            first = f"{'holds' if self.holds else 'fails'} in {self.holds or self.fails} of {self.judged} replicate"
             first += "s" * (self.judged != 1)
         else:
             first = f"{'fails' if self.fails else 'holds'}{'' if self.random else '; nothing in it is random'}"
