@@ -17,7 +17,7 @@ from experiments.bench import sweep as sweeps
 from experiments.bench.report.terminal import tell_troubles
 from experiments.bench.result import Run
 from experiments.bench.run.command import begun_by
-from experiments.bench.run.errors import UsageError, short
+from experiments.bench.run.errors import UsageError, check_known, short
 from experiments.bench.run.files import new_folder
 from experiments.bench.run.models import model_texts, shown_models
 from experiments.bench.run.runs import Batch
@@ -62,8 +62,7 @@ def planned(
     UsageError
         It cannot be run so.
     """
-    if eyes not in ("one", "both"):
-        raise UsageError(f"--eyes must be one or both, got {eyes}")
+    check_known("--eyes", eyes, ("one", "both"))
     shown = shown_models(experiment.models, models, only)
     if isinstance(experiment, OfflineExperiment):
         if eyes == "both":

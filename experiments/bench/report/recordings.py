@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_known
 
 Images = npt.NDArray[np.uint8]
 CAMERA = re.compile(r"world/observer/(camera(?:_(\w+))?)/image")
@@ -47,8 +47,7 @@ def recording(source: Path, trial: int | None) -> Path:
     if trial is None:
         return found[0]
     numbers = {int("".join(filter(str.isdigit, path.stem)) or -1): path for path in found}
-    if trial not in numbers:
-        raise UsageError(f"--trial must be one of {', '.join(map(str, numbers))}, got {trial}")
+    check_known("--trial", str(trial), list(map(str, numbers)))
     return numbers[trial]
 
 

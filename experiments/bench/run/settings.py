@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
 from dsnn.field_docs import meaning
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.models import PRESET as PRESET
 from experiments.bench.run.models import ConfiguredModel, ask, family, look_up, names, presets
 from scenes.hints import nearest
@@ -106,9 +106,8 @@ def changed(
     """
     say = typed or (lambda name, text: f"--set {section}.{name}={text}")
     if PRESET in changes and (known := presets(value)):
-        if (chosen := changes[PRESET]) not in known:
-            raise UsageError(f"{say(PRESET, chosen)}: {PRESET} must be one of {', '.join(known)}, got {chosen}")
-        value = known[chosen]
+        check_known(f"{say(PRESET, changes[PRESET])}: {PRESET}", changes[PRESET], known)
+        value = known[changes[PRESET]]
         changes = {name: text for name, text in changes.items() if name != PRESET}
     if not changes:
         return value

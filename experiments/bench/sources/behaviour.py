@@ -16,7 +16,7 @@ from pydantic.dataclasses import dataclass as checked_dataclass
 from colias_sim.envs import ENVS, NEURAL
 from dsnn import Response, model_entry
 from dsnn.exponential import exp
-from experiments.bench.run.errors import UsageError, check_name, short
+from experiments.bench.run.errors import UsageError, check_known, check_name, short
 from experiments.bench.run.files import replacing
 
 Wheels = tuple[float, float]
@@ -80,8 +80,7 @@ class Behaviour:
 
     def __post_init__(self) -> None:
         check_name("behaviour", self.name)
-        if self.senses not in ("neural", "state"):
-            raise UsageError(f"senses must be 'neural' or 'state', got {short(self.senses)}")
+        check_known("senses", self.senses, ("neural", "state"))
 
     @classmethod
     def reflex(cls, name: str, summary: str, env: str, reflex: Callable[[Response], Wheels]) -> Behaviour:
@@ -145,8 +144,7 @@ class TrainedPolicy:
     """Weights (out, in) and biases (out,) of each, float32."""
 
     def __post_init__(self) -> None:
-        if self.env not in ENVS:
-            raise ValueError(f"env must be one of {', '.join(ENVS)}, got {short(self.env)}")
+        check_known("env", self.env, ENVS)
         model_entry(self.model)
         if dict(self.steering) != STEERING:
             raise ValueError(f"steering must be {STEERING}, got {short(dict(self.steering))}")

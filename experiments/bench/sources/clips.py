@@ -14,7 +14,7 @@ import polars as pl
 
 from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, StimulusFrame, Truth, stimulus_entry
 from dsnn.stimuli.background import PHOTOGRAPH
-from experiments.bench.run.errors import UsageError, as_usage_error, check_declared, check_unique
+from experiments.bench.run.errors import UsageError, as_usage_error, check_declared, check_known, check_unique
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.play import FRAMES, Sample, Showing, Trial
 from experiments.bench.run.rows import COUNTS, JOB, PEAKS, peaks
@@ -320,8 +320,7 @@ class ClipFigure:
 
     def __post_init__(self) -> None:
         for name, legal in (("kind", get_args(Kind)), ("along", DRAWN), ("lines", DRAWN), ("panels", DRAWN)):
-            if getattr(self, name) not in legal:
-                raise ValueError(f"figure: {name} must be one of {', '.join(legal)}, got {getattr(self, name)!r}")
+            check_known(f"figure: {name}", getattr(self, name), legal)
 
     def parameters(self) -> tuple[str, ...]:
         """Return the parameters of clips that it is drawn against.

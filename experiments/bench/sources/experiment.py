@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn.field_docs import parameters, unit
-from experiments.bench.run.errors import check_declared, short
+from experiments.bench.run.errors import check_declared, check_known
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.user_code import run_main
 from experiments.bench.sources.conditions import (
@@ -108,8 +108,7 @@ class Experiment:
         check_claims(self.name, self.claims)
         where = f"experiment {self.name}"
         object.__setattr__(self, "models", tuple(self.models))
-        if self.figure not in get_args(Drawing):
-            raise ValueError(f"{where}: figure must be one of {', '.join(get_args(Drawing))}, got {short(self.figure)}")
+        check_known(f"{where}: figure", self.figure, get_args(Drawing))
         if self.figure == "excitation" and not set(NEEDED) <= set(self.models):
             raise ValueError(f"{where}: figure='excitation' needs the models {', '.join(NEEDED)}")
         conditions = self.conditions()

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
-from experiments.bench.run.errors import short
+from experiments.bench.run.errors import check_known
 from experiments.bench.stats.checks import Check, decide, strength
 from experiments.bench.stats.count import REASONS, Count, Reason
 
@@ -86,8 +86,7 @@ class Outcome:
     least: int = field(default=0, compare=False)
 
     def __post_init__(self) -> None:
-        if self.verdict not in get_args(Judged):
-            raise ValueError(f"verdict must be one of {', '.join(get_args(Judged))}, got {short(self.verdict)}")
+        check_known("verdict", self.verdict, get_args(Judged))
 
     @classmethod
     def of(
