@@ -66,7 +66,7 @@ def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
     networks = set(sections)
     for name in fit.study.experiments or sweep_plan.answering(fit.study.claims):
         part = sweep_plan.part_of(registry.find(name), replace(fit.study, assignments=()), 0)
-        sections |= {section: values[0] for section, values in part.base.items()}
+        sections |= part.base
     fixed, taken = {text.partition("=")[0] for text in fit.study.assignments}, set[str]()
     box = {}
     for text in fit.over:

@@ -15,8 +15,8 @@ Levels = Mapping[str, tuple[str, ...]]
 """Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
 Point = tuple[tuple[str, str], ...]
 """Name of each axis with a level."""
-Base = Mapping[str, tuple[Any, ...]]
-"""Section of ``--set`` -> its dataclasses: one, but of a stimulus one for each clip that shows it."""
+Base = Mapping[str, Any]
+"""Section of ``--set`` -> its dataclass; of a stimulus that of the first clip that shows it."""
 
 MOST_AXES = 2
 ENDS: Mapping[str, int] = {"first": 0, "last": -1}
@@ -88,7 +88,7 @@ def points_of(axes: Mapping[str, Iterable[str]]) -> list[Point]:
 def knows(base: Base, key: str) -> bool:
     """Tell whether ``--set`` knows a key there; one of an end, too."""
     section, _, name = apart(key)[0].partition(".")
-    return section in base and name in names(base[section][0])
+    return section in base and name in names(base[section])
 
 
 def check_keys(texts: Iterable[str], bases: Sequence[Base], option: str) -> None:
@@ -96,7 +96,7 @@ def check_keys(texts: Iterable[str], bases: Sequence[Base], option: str) -> None
     for text in texts:
         key, equals, value = text.partition("=")
         if not equals or not any(knows(base, key) for base in bases):
-            sections = {section: values[0] for base in bases for section, values in base.items()}
+            sections = {section: value for base in bases for section, value in base.items()}
             collect([f"{apart(key)[0]}{equals}{value}"], sections, option=option)
 
 
@@ -113,7 +113,7 @@ def sets(texts: Iterable[str], base: Base) -> dict[str, str]:
             continue
         if end:
             section, _, name = parameter.partition(".")
-            present = getattr(base[section][0], name, None)
+            present = getattr(base[section], name, None)
             if not isinstance(present, tuple):
                 raise UsageError(f"--over {key}: {parameter} has one value, neither a first nor a last")
             values.setdefault(parameter, [str(part) for part in present])[ENDS[end]] = value

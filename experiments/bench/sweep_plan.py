@@ -62,7 +62,7 @@ class Part:
 
     def base_of(self, model: ConfiguredModel) -> Base:
         """Return the sections of ``--set`` that the trials of a model read."""
-        return {**self.base, model.section: (model.network,)}
+        return {**self.base, model.section: model.network}
 
 
 def settled(model: ConfiguredModel) -> set[str]:
@@ -71,8 +71,7 @@ def settled(model: ConfiguredModel) -> set[str]:
 
 
 def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
-    base = {section: (value,) for section, value in known.items()}
-    return [text for text in assignments if knows(base, text.partition("=")[0])]
+    return [text for text in assignments if knows(known, text.partition("=")[0])]
 
 
 def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[str]) -> Part:
@@ -91,8 +90,8 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
 
         return experiment.conditions(), specs
 
-    base = {"robot": (settings.robot,), "camera": (settings.camera,), "scene": (settings.scene,),
-            "experiment": (whole.description["experiment"].design,)}  # fmt: skip
+    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
+            "experiment": whole.description["experiment"].design}  # fmt: skip
     described = {**whole.description, "changed": whole.parameters}
     return Part(whole.description["experiment"], settings.models, base, repeats, render, described)
 
@@ -103,14 +102,11 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
     ``needed`` has the labels of the experiment's own models that are shown too; ``None``: all of them.
     """
     own = [model.text for model in look_up(declared.models, "offline") if needed is None or model.label in needed]
-    stimuli = {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
+    stimuli = _stimuli(declared, seed)
     shown = look_up([*study.models, *own], "offline")
     texts = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
     models, _ = watchers([model.text for model in shown], texts, stimuli)
     whole = _with_values(declared, dict(text.split("=", 1) for text in texts))
-    base: dict[str, tuple[Any, ...]] = {}
-    for clip in whole.clips:
-        base[clip.entry.name] = (*base.get(clip.entry.name, ()), clip.build(seed).params)
 
     def render(over: Mapping[str, str]) -> Any:
         moved = _with_values(whole, over)
@@ -123,7 +119,12 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
 
     described = {**clips.described_scenes(whole.clips, study.replicates, None),
                  "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
-    return Part(whole, models, base, 1, render, described)
+    return Part(whole, models, _stimuli(whole, seed), 1, render, described)
+
+
+def _stimuli(declared: OfflineExperiment, seed: int) -> dict[str, Any]:
+    """Return name of a stimulus -> the parameters of the first clip that shows it."""
+    return {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
 
 
 def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
