@@ -73,12 +73,12 @@ def load_behaviour(source: str) -> Behaviour:
     UsageError
         The name is unknown, or the file declares no `Behaviour` or holds no policy.
     """
-    from experiments.behaviours import BEHAVIOURS
+    from experiments.behaviours import BEHAVIOURS, GROUPS
 
     if source.endswith(ENDING):
         return load_policy(Path(source)).behaviour(Path(source).stem)
     if not is_own(source):
-        check_known("behaviour", source, BEHAVIOURS)
+        check_known("behaviour", source, BEHAVIOURS if source in GROUPS else (*GROUPS, *BEHAVIOURS))
         return BEHAVIOURS[source]
     entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
