@@ -18,7 +18,7 @@ from experiments.bench.run.rows import TrialRecord
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import check_counts, watchers
 from experiments.bench.run.workers import Workers
-from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, pixels, record
+from experiments.bench.sources.clips import TRIALS, OfflineExperiment, described_scenes, record
 from experiments.bench.sources.judge import judge
 from experiments.bench.sources.pictures import Pictures
 from experiments.bench.stats import stored
@@ -91,7 +91,6 @@ def plan(
         schemas=(TRIALS, FRAMES),
         parameters=changed,
         things="clips",
-        size=pixels,
     )
 
 

@@ -261,7 +261,6 @@ def play(plan: Sweep, out: Path, pool: Workers) -> Sweep:
         else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         parameters=plan.parameters,
         things="clips" if on_clips else "trials",
-        size=clips.pixels if on_clips else trials.seconds,
     )  # fmt: skip
     with batch.run(out, pool) as folder:
         return read(plan, folder.table("trials").to_dicts(), folder.failures())

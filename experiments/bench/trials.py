@@ -29,7 +29,6 @@ from experiments.bench.run.settings import assignments as of_mapping
 from experiments.bench.run.workers import Workers
 from experiments.bench.sources import course
 from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
-from experiments.bench.sources.course import nominal
 from experiments.bench.sources.experiment import Design, Experiment, Settings
 from experiments.bench.sources.judge import judge
 from experiments.bench.sources.pictures import Pictures, digests
@@ -179,11 +178,6 @@ def work(trial: RobotTrial, *, recordings: bool = False, frames: bool = False) -
     return drawn_here(play(trial, record, frames=frames, maps=True))
 
 
-def seconds(trial: RobotTrial) -> float:
-    """Return the planned duration of a trial: what it costs goes by that."""
-    return nominal(trial.condition, trial.settings)["stimulus"].seconds
-
-
 def batch(
     experiment: Experiment, settings: Settings, repeats: int, seed: int, declared: Design,
     pictures: Pictures | None = None,
@@ -216,7 +210,7 @@ def batch(
         **provenance.of([*(model.source for model in settings.models), *course.files(scene)], experiment),
     }
     schemas = TRIAL_SCHEMA, FRAME_SCHEMA
-    return Batch(experiment.name, specs, work, description, schemas, parameters=changed, size=seconds)
+    return Batch(experiment.name, specs, work, description, schemas, parameters=changed)
 
 
 def run(trials: Batch[RobotTrial], out: Path, pool: Workers, *, recordings: bool) -> Run:

@@ -144,9 +144,7 @@ def show_places(places: Mapping[str, object]) -> None:
 
 
 @contextmanager
-def progress(
-    name: str, total: int, quiet: bool, things: str = "trials", *, whole: float | None = None
-) -> Iterator[Callable[..., None]]:
+def progress(name: str, total: int, quiet: bool, things: str = "trials") -> Iterator[Callable[[], None]]:
     """Show how far ``total`` jobs have got, and the time left.
 
     On a terminal that is a bar, elsewhere a line a minute.
@@ -159,28 +157,25 @@ def progress(
         Number of jobs.
     quiet
         Whether to show nothing.
-    whole
-        Sum of the jobs' sizes, in any unit; otherwise all jobs count alike.
 
     Yields
     ------
     callable
-        To be called with the size of each job that is finished, 1 by default.
+        To be called after each job.
     """
     bar = Progress("{task.description}", BarColumn(), "{task.fields[left]}", console=error_console, transient=True,
                    disable=quiet or not error_console.is_terminal)  # fmt: skip
-    size = float(total if whole is None else whole)
     began_s = shown_s = time.monotonic()
-    done, amount = 0, 0.0
+    done = 0
     with bar:
-        task = bar.add_task(f"{name}: {things}", total=size, left="")
+        task = bar.add_task(f"{name}: {things}", total=total, left="")
 
-        def advance(more: float = 1.0) -> None:
-            nonlocal done, amount, shown_s
-            done, amount, now_s = done + 1, amount + more, time.monotonic()
-            left_min = max(size - amount, 0.0) * (now_s - began_s) / amount / 60.0
+        def advance() -> None:
+            nonlocal done, shown_s
+            done, now_s = done + 1, time.monotonic()
+            left_min = (total - done) * (now_s - began_s) / done / 60.0
             left = f"{done} of {total}, about {left_min:.1f} min left"
-            bar.update(task, advance=more, left=left)
+            bar.update(task, advance=1, left=left)
             if bar.disable and not quiet and done < total and now_s - shown_s > LINE_EVERY_S:
                 shown_s = now_s
                 error_console.print(f"{name}: {things}: {left}")

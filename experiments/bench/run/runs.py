@@ -55,8 +55,6 @@ class Batch(Generic[AnyTrial]):
         The parameters that have columns, by key and model.
     things
         What a job is called in the plural.
-    size
-        How much work a job is planned to be, in any unit; the time left is estimated by it. Otherwise all count alike.
     """
 
     name: str
@@ -66,7 +64,6 @@ class Batch(Generic[AnyTrial]):
     schemas: tuple[pl.Schema, pl.Schema]
     parameters: Parameters = field(default_factory=dict)
     things: str = "trials"
-    size: Callable[[AnyTrial], float] = lambda _: 1.0
 
     @contextmanager
     def run(self, out: Path, pool: Workers) -> Iterator[RunFolder]:
@@ -96,8 +93,7 @@ class Batch(Generic[AnyTrial]):
             rates = ((model, rate) for spec in self.specs for rate in [spec.fps] for model in spec.models)
             for note in rate_notes(rates):  # quiet or not
                 error_console.print(f"note: {note}")
-            whole = sum(map(self.size, left))
-            with progress(self.name, len(left), pool.quiet, self.things, whole=whole) as advance:
+            with progress(self.name, len(left), pool.quiet, self.things) as advance:
                 try:
                     self._play(left, folder, pool, advance)
                 except BaseException:
@@ -109,9 +105,7 @@ class Batch(Generic[AnyTrial]):
             tell(folder)
             yield folder
 
-    def _play(
-        self, left: Sequence[AnyTrial], folder: RunFolder, pool: Workers, advance: Callable[[float], None]
-    ) -> None:
+    def _play(self, left: Sequence[AnyTrial], folder: RunFolder, pool: Workers, advance: Callable[[], None]) -> None:
         """Do the jobs. Those that are finished stay readable whenever this ends, by an exception or a kill too."""
         work = partial(_by_same_code, self.work, provenance.digest())
         try:
@@ -120,7 +114,7 @@ class Batch(Generic[AnyTrial]):
                     folder.fail(spec.index, spec.label(), spec.seed, trouble)
                 else:
                     folder.add(done, spec.label(), spec.seed)
-                advance(self.size(spec))
+                advance()
         finally:
             folder.flush()
 

@@ -490,9 +490,3 @@ def place_of(entry: StimulusEntry) -> tuple[str, str] | None:
     if (getattr(entry.build, "__module__", "") or "").startswith(USER_MODULE):
         raise UsageError(f"stimulus {entry.name} needs a name in its file, as STIMULUS = StimulusEntry(...)")
     return None
-
-
-def pixels(trial: Trial) -> float:
-    """Return how many pixels a trial shows, by which its time is estimated."""
-    source = trial.condition.open(0)
-    return float(len(source) * source.shape[0] * source.shape[1])
