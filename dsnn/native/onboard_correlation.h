@@ -24,6 +24,12 @@ static int32_t risen(config_of c, uint32_t code, int32_t f, int32_t alpha)
         return (int32_t)(((less >> shift) + (shift << (MANTISSA + 1)) - ((LOWEST - 1) << (MANTISSA + 1)) + 1) >> 1);
     }
 #endif
+#if defined(__GNUC__)
+    if (c->companding) { /* 31 - (LOWEST + MANTISSA) is 8 */
+        segment = 8 - __builtin_clz((uint32_t)larger(value, 0) | UINT32_C(1) << (LOWEST + MANTISSA));
+        return ((value >> (LOWEST - 1 + segment)) + (segment << (MANTISSA + 1)) + up) >> 1;
+    }
+#endif
     twice = value >>= c->companding ? LOWEST - 1 : LOWEST + 3; /* the code with one bit more */
     for (segment = 1; c->companding && segment < SEGMENTS; segment++) /* the right one has the lowest code */
         twice = smaller(twice, (value >> segment) + (segment << (MANTISSA + 1)));
@@ -42,7 +48,8 @@ static int delay_bytes(const planes *l, uint8_t *codes, const int16_t *f)
         if (input == 0) {
             UNROLLED
             for (j = 0; j < spacings; j++) {
-                const uint8_t code = c->decay[256 * j + codes[j * columns + x]];
+                const uint8_t *const decay = c->decay + 256 * j;
+                const uint8_t code = decay[codes[j * columns + x]];
                 codes[j * columns + x] = code;
                 rows[j * columns + x] = (int16_t)c->decode[code];
                 any |= code;
@@ -98,16 +105,16 @@ ALWAYS_INLINE void products(config_of c, const int16_t *d, const int16_t *one, c
         sum_i = __smlald(pair, are_h ? positive_pair(to_other) : to_other, sum_i);
     }
 #endif
-    for (; x < columns; x += CHUNK) { /* bytes of F apart: their sums over a chunk stay below 2^31 */
+    for (; x < columns; x += CHUNK) { /* bytes of D apart: their sums over a chunk stay below 2^31 */
         const int32_t end = smaller(x + CHUNK, columns);
         int32_t low_e = 0, low_i = 0, high_e = 0, high_i = 0, at;
         for (at = x; at < end; at++) {
             const int16_t to_one = (int16_t)(are_h ? larger(one[at], 0) : one[at]);
             const int16_t to_other = (int16_t)(are_h ? larger(other[at], 0) : other[at]);
-            low_e += d[at] * (int16_t)(to_one & 255);
-            low_i += d[at] * (int16_t)(to_other & 255);
-            high_e += d[at] * (int16_t)(to_one >> 8);
-            high_i += d[at] * (int16_t)(to_other >> 8);
+            low_e += (int16_t)(d[at] & 255) * to_one;
+            low_i += (int16_t)(d[at] & 255) * to_other;
+            high_e += (int16_t)(d[at] >> 8) * to_one;
+            high_i += (int16_t)(d[at] >> 8) * to_other;
         }
         sum_e += (int64_t)high_e * 256 + low_e;
         sum_i += (int64_t)high_i * 256 + low_i;
