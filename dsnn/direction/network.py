@@ -60,6 +60,8 @@ class DSNN(Model[DSNNParams]):
 
     READOUT = ("on", "off", "k_sig", "k_sp", "t_sp")
     """Parameters that act on the network's sums alone: models that differ only in them need one network (`read`)."""
+    AFTER_F = ("n_con", "tau_s", "tau_mp", *READOUT)
+    """Parameters that act after FDSR: models that differ only in them need one retina and lamina (`follow`)."""
 
     def __init__(self, shape: tuple[int, int], params: DSNNParams | None = None, *, form: str | None = None) -> None:
         super().__init__(shape, params, DSNNParams)
@@ -73,6 +75,17 @@ class DSNN(Model[DSNNParams]):
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         return self._network.step(luminance, maps=maps)
+
+    def follow(self, front: DSNN) -> None:
+        """Take F, the signal after FDSR, from another model, in the native form and if that has no fewer connections.
+
+        Parameters
+        ----------
+        front
+            A model that sees each frame before this one, and differs in parameters of `AFTER_F` alone.
+        """
+        if isinstance(self._network, NativeNetwork) and isinstance(front._network, NativeNetwork):
+            self._network.follow(front._network)
 
     def read(self, params: DSNNParams) -> Response:
         """Respond to the last frame again, as a model with another readout would.

@@ -92,6 +92,11 @@ class NativeNetwork(NativeModel):
         """Respond to the next frame, (R, C) uint8 or floating."""
         return _response(self._see(luma), self._maps() if maps else None)
 
+    def follow(self, front: NativeNetwork) -> None:
+        """Take F from another network, as `dsnn.DSNN.follow` does."""
+        if self._lib.dsnn_follow(self._model, front._model):
+            self._front = front  # whose memory it reads
+
     def read(self, params: DSNNParams) -> Response:
         """Respond to the last frame again, as `dsnn.DSNN.read` does."""
         config, _ = _network_config(self._shape, params)

@@ -87,10 +87,27 @@ dsnn *dsnn_make(void *memory, size_t size, const dsnn_config *config)
     lay_out(config, base);
     m = (dsnn *)base;
     m->passes = passes_for_this_processor();
+    m->follows = 0;
     for (j = 0; j < m->spacings; j++)
         m->left[j] = 1.0f - m->config.alphas[j];
     dsnn_reset(m);
     return m;
+}
+
+int32_t dsnn_follow(dsnn *m, const dsnn *front)
+{
+    int32_t i;
+    if (m->spacings > front->spacings)
+        return 0;
+    for (i = 0; i < 2; i++) {
+        m->f[i] = front->f[i];
+        m->wf[i] = front->wf[i];
+    }
+    m->margin_x = front->margin_x;
+    m->margin_y = front->margin_y;
+    m->width = front->width;
+    m->follows = 1;
+    return 1;
 }
 
 void dsnn_reset(dsnn *m)
@@ -145,8 +162,10 @@ static void step(dsnn *m, const uint8_t *bytes, const float *floats, dsnn_answer
 {
     double fields[2][2];
     int32_t system, i;
-    m->passes->retina(m, bytes, floats);
-    m->passes->contrast(m);
+    if (!m->follows) {
+        m->passes->retina(m, bytes, floats);
+        m->passes->contrast(m);
+    }
     m->passes->correlate(m, fields);
     for (system = 0; system < 2; system++)
         for (i = 0; i < 2; i++) {

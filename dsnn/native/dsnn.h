@@ -73,6 +73,10 @@ void dsnn_reset(dsnn *model);
 void dsnn_step_u8(dsnn *model, const uint8_t *luma, dsnn_answer *answer);
 void dsnn_step_f32(dsnn *model, const float *luma, dsnn_answer *answer);
 
+/* Take F from `front` from now on, which must live as long and see each frame before: its configuration may differ in
+ * n_con, alphas, alpha_mp, and what dsnn_read takes. Such a model has no maps. 0, and nothing done, if it has more spacings. */
+int32_t dsnn_follow(dsnn *model, const dsnn *front);
+
 /* Answer the last frame again, with on, off, scale, k_sp and t_sp of another configuration: they act on sums alone. */
 void dsnn_read(const dsnn *model, const dsnn_config *other, dsnn_answer *answer);
 

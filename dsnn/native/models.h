@@ -51,6 +51,7 @@ struct dsnn {
     int32_t radius;        /* of the wider blur */
     int32_t newest;        /* which of the `changes` is that of the last frame */
     int32_t first;         /* whether no frame has come yet */
+    int32_t follows;       /* whether F is another model's */
     double sums[2][2];     /* low-passed field sums: HS and VS, of ON and of OFF */
     float *luma;           /* rows x pitch: the last frame */
     float *changes;        /* (n_p + 1) x rows x pitch: P of the last frames, a ring */

@@ -68,6 +68,19 @@ def test_another_readout_of_the_last_frame_is_the_response_of_a_model_that_has_i
         assert [(one.step(frame), one.read(params))[1] for frame in frames] == [model.step(frame) for frame in frames]
 
 
+def test_a_model_that_takes_f_from_another_responds_as_if_it_was_alone():
+    """Also where it has more connections than that one, and pairs wider than the image."""
+    rng, frames = np.random.default_rng(5), crossing(shape=(30, 40), count=12)
+    for _ in range(20):
+        params, other = (drawn(DSNNParams, rng, extreme=False) for _ in range(2))
+        changed = dataclasses.replace(params, **{name: getattr(other, name) for name in DSNN.AFTER_F})
+        front, one, alone = (DSNN((30, 40), q) for q in (params, changed, changed))
+        one.follow(front)
+        for frame in frames:
+            front.step(frame)
+            assert one.step(frame) == alone.step(frame)
+
+
 @pytest.mark.parametrize("kind", [DSNN, ReferenceDSNN])
 def test_a_potential_at_the_threshold_itself_spikes_once(kind):
     frames = crossing(shape=(30, 40), count=12)

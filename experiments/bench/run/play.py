@@ -178,17 +178,23 @@ class ModelRunner:
         """The section of ``--set`` that its parameters are under."""
         return family(self.label, type(self.network))
 
-    def share(self, others: Iterable[ModelRunner]) -> None:
-        """Let it read the network of one of ``others``, which see each frame before it, if just its readout differs."""
-        if (other := next(filter(self._differs_in_readout, others), None)) is not None:
+    def share(self, others: Sequence[ModelRunner]) -> None:
+        """Let it share what it can with one of ``others``, which see each frame before: a network, or its front."""
+        if (other := self._like(others, "READOUT")) is not None:
             self._model = SimpleNamespace(step=lambda _: other.read(self.network))
+        elif (other := self._like(others, "AFTER_F")) is not None:
+            self._model.follow(other._model)
 
-    def _differs_in_readout(self, other: ModelRunner) -> bool:
-        readout = vars(type(self._model)).get("READOUT", ())  # a class that inherits it may respond in its own way
-        if not readout or type(other._model) is not type(self._model):
-            return False
-        same = {name: getattr(other.network, name) for name in readout}
-        return bool(replace(self.network, **same) == other.network)
+    def _like(self, others: Iterable[ModelRunner], parameters: str) -> ModelRunner | None:
+        """Return a model that differs in those parameters alone, which its class names."""
+        kind = type(self._model)
+        names = vars(kind).get(parameters, ())  # a class that inherits them may respond in its own way
+        for other in others:
+            if names and type(other._model) is kind:
+                same = {name: getattr(other.network, name) for name in names}
+                if replace(self.network, **same) == other.network:
+                    return other
+        return None
 
     def read(self, params: Any) -> Response:
         """Return its response to the last frame with another readout; see `dsnn.DSNN.read`."""
