@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
@@ -162,7 +163,7 @@ class Episode:
         """Keep what is so after a step."""
         env = self._env
         for name, pose in env.poses.items():
-            self.poses[name].append((100 * pose.x, 100 * pose.y, float(np.degrees(pose.heading))))
+            self.poses[name].append((100 * pose.x, 100 * pose.y, math.degrees(pose.heading)))
         self.wheels.append(env.wheels)
         self.rewards.append(reward)
         if env.response is not None:
