@@ -195,13 +195,13 @@ def scored(results: pl.DataFrame) -> pl.DataFrame:
     Returns
     -------
     polars.DataFrame
-        A row for each setting: ``kept`` of its ``claims`` hold in every replicate; the least slack of all and of each,
-        and the mean slack.
+        A row for each setting: how many of its ``claims`` are ``satisfied``, holding in every replicate; the least
+        slack of all and of each, and the mean slack.
     """
     value, claim = pl.col("value"), pl.col("name")
     names = results["name"].unique(maintain_order=True)
     return results.group_by("setting", maintain_order=True).agg(
-        (claim.n_unique() - claim.filter(pl.col("verdict") != "holds").n_unique()).alias("kept"),
+        (claim.n_unique() - claim.filter(pl.col("verdict") != "holds").n_unique()).alias("satisfied"),
         claim.n_unique().alias("claims"),
         value.min().alias(LEAST),
         *(value.filter(claim == name).min().alias(f"slack {name}") for name in names),
@@ -223,7 +223,7 @@ def with_all(results: pl.DataFrame) -> pl.DataFrame:
 def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.DataFrame, anew: pl.DataFrame) -> Any:
     """Return the rows of ``anew.csv``: each setting of ``best`` with each claim.
 
-    ``low`` and ``high`` are the ends of the 95 % interval of the share of replicates that keep a claim.
+    ``low`` and ``high`` are the ends of the 95 % interval of the share of replicates that satisfy a claim.
     """
     rows: list[dict[str, Any]] = []
     searched, anew = with_all(searched), with_all(anew).sort("setting", maintain_order=True)
@@ -233,8 +233,8 @@ def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.D
         rows.append({
             "number": number, **settings[number], "name": name,
             "in the search": searched.filter(setting=number, name=name)["value"].mean(), "anew": own["value"].mean(),
-            "replicates": counted.replicates, "kept": counted.holds,
-            "word": "fitted" if counted.word == "holds" else counted.label,  # its parameters were chosen to keep it
+            "replicates": counted.replicates, "satisfied": counted.holds,
+            "word": "fitted" if counted.word == "holds" else counted.label,  # its parameters were chosen to satisfy it
             "low": low, "high": high,
         })  # fmt: skip
     return pl.DataFrame(rows, infer_schema_length=None)
@@ -324,8 +324,8 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
             searched = pl.concat([searched, results.with_columns(pl.col("setting") + len(settings))])
             settings += shown
         found = table("search", settings, searched)
-        # The winner and the next best: first where all claims are kept, then by the slack.
-        ranked = found.sort(pl.col("kept") == pl.col("claims"), LEAST, MEAN, descending=True, maintain_order=True)
+        # The winner and the next best: first where all claims are satisfied, then by the slack.
+        ranked = found.sort(pl.col("satisfied") == pl.col("claims"), LEAST, MEAN, descending=True, maintain_order=True)
         best = ranked["number"].head(NEXT_BEST + 1).to_list()
         anew = play(
             f"held-out-{len(settings)}", [settings[place] for place in best], seed + TEST, fit.held_out, again=True
@@ -336,17 +336,17 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
     filled, rows = table("sample", even, sample), again_table(settings, best, searched, anew)
     first, own = rows.row(0, named=True), found.row(best[0], named=True)
     winner = settings[best[0]]
-    counted = Count(first["kept"], first["replicates"] - first["kept"])
-    kept = filled.filter(pl.col("kept") == pl.col("claims")).height
-    share, luck = Count(kept, filled.height - kept), first["in the search"] - first["anew"]
+    counted = Count(first["satisfied"], first["replicates"] - first["satisfied"])
+    satisfied = filled.filter(pl.col("satisfied") == pl.col("claims")).height
+    share, luck = Count(satisfied, filled.height - satisfied), first["in the search"] - first["anew"]
     few = counted.kind == "counted" and not counted.fails
     word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
-    word = word if own["kept"] == own["claims"] else "not fitted"
+    word = word if own["satisfied"] == own["claims"] else "not fitted"
     low, high = share.interval or (0.0, 1.0)
     named = ", ".join(f"{key}={value}" for key, value in winner.items())
-    lines = [f"{word}: {named} keeps {own['kept']} of {own['claims']} claims in the search, and all of them in"
+    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search, and all of them in"
              f" {counted} replicates that it never saw",
-             f"{share} settings that fill the box evenly keep every claim: 95 % interval {low:.3g} to {high:.3g} of"
+             f"{share} settings that fill the box evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of"
              " the box",
              f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip
     files = Files(out)
@@ -354,7 +354,7 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
     files.write_rows("anew.csv", rows.to_dicts())
     files.write_json("fit.json", {
         "fit": fit.study.name, "summary": fit.study.summary, "sentences": lines, "winner": winner, "word": word,
-        "share": {"kept": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
+        "share": {"satisfied": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
         "looks": looks, "importance": importance(search),
     })  # fmt: skip
     if failures:

@@ -44,8 +44,8 @@ def b2(played: pl.DataFrame) -> Outcome:
     if blind.is_empty():
         return outcome
     ratio = rate_ratio(blind, played.filter(model="hybrid"))
-    beside = f"the hybrid without direction, a side by chance, {collisions_text(blind)}: {ratio} times"
-    return replace(outcome, measured=f"{outcome.measured}; {beside}")
+    blinded = f"the hybrid without direction, a side by chance, {collisions_text(blind)}: {ratio} times"
+    return replace(outcome, measured=f"{outcome.measured}; {blinded}")
 
 
 @claim("B3", conditions={"env": (OPTOMOTOR,)}, models={"optomotor-pi", "still"})
@@ -54,8 +54,8 @@ def b3(played: pl.DataFrame) -> Outcome:
 
     The gain is a signed mean, so a reflex that swings to and fro may have much of it.
     """
-    beside = ("optomotor", "oracle-heading")
-    return better_than_still(played, "optomotor-pi", "optomotor_gain", 0.5, "rms_slip_deg_s", *beside)
+    others = ("optomotor", "oracle-heading")
+    return better_than_still(played, "optomotor-pi", "optomotor_gain", 0.5, "rms_slip_deg_s", *others)
 
 
 @claim("B4", conditions={"env": (FIXATION,)}, models={"fixation-pi", "still"})
@@ -96,7 +96,7 @@ def collisions_text(rows: pl.DataFrame) -> str:
     return f"{episodes.collisions(rows)} in {sum(rows['driven_m']):.1f} m"
 
 
-def better_than_still(played: pl.DataFrame, name: str, column: str, bound: float, rms: str, *beside: str) -> Outcome:
+def better_than_still(played: pl.DataFrame, name: str, column: str, bound: float, rms: str, *others: str) -> Outcome:
     """Judge whether a behaviour has a ``column`` above a bound, a smaller RMS than a still robot, and a higher return.
 
     Each of the three holds where its whole 95 % interval does. The last two are of differences at equal seeds, so in
@@ -112,7 +112,7 @@ def better_than_still(played: pl.DataFrame, name: str, column: str, bound: float
         What is to be above the bound, in the mean over episodes.
     rms
         Column of a root mean square, the less the better.
-    *beside
+    *others
         Behaviours of which the same numbers are reported.
     """
     env = played["env"][0]
@@ -124,7 +124,7 @@ def better_than_still(played: pl.DataFrame, name: str, column: str, bound: float
     more = mean_difference(sides[name], sides["still"], "reward")
     if level is None or smaller is None or more is None:
         return Outcome.unjudged(f"needs episodes of {name} and still at equal seeds")
-    reported = [other for other in (name, *beside, "still") if other in set(played["model"])]
+    reported = [other for other in (name, *others, "still") if other in set(played["model"])]
     names = {column: measure for measure, column in ENVS[env].measures.items()}
     asked = (
         (names[column], level, bound),

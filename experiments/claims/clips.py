@@ -89,7 +89,7 @@ def rows_of(clips: pl.DataFrame, model: str = DSNN, **fixed: Any) -> list[dict[s
     return clips.filter(model=model, **fixed).rows(named=True)
 
 
-def beside(clips: pl.DataFrame, *models: str) -> Iterator[tuple[dict[str, Any], list[dict[str, Any]]]]:
+def matched(clips: pl.DataFrame, *models: str) -> Iterator[tuple[dict[str, Any], list[dict[str, Any]]]]:
     """Yield the DSNN's row of each clip, with those of the ``models`` in the same clip."""
     rows = {(row["model"], row["clip"]): row for row in clips.rows(named=True)}
     for whole in rows_of(clips):
@@ -195,7 +195,7 @@ SUM_TOLERANCE = 1e-3
 def c4(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge that each pathway alone leaves its share of the intact peak, and that both add up to the whole."""
     checks = []
-    for whole, parts in beside(clips, *BLOCKED):
+    for whole, parts in matched(clips, *BLOCKED):
         clip, name = whole["clip"], SIGNED[whole["motion"]][0]
         for part in parts:
             share = share_of(part[name], whole[name])
@@ -303,7 +303,7 @@ def c22(clips: pl.DataFrame, threshold: float) -> list[Check]:
     An OFF edge is the leading one of a dark object and the trailing one of a light object, an ON edge the reverse.
     """
     checks = []
-    for whole, (on_blocked, off_blocked) in beside(clips, *BLOCKED):
+    for whole, (on_blocked, off_blocked) in matched(clips, *BLOCKED):
         driven, other = (on_blocked, off_blocked) if whole["polarity"] == "on" else (off_blocked, on_blocked)
         intact = strongest(whole, "hs")
         bounds: tuple[tuple[float, Needs], ...] = ((MOST_OF_DRIVEN, "below"), (LEAST_OF_OTHER, "above"))
@@ -356,7 +356,7 @@ def c24(clips: pl.DataFrame, threshold: float) -> list[Check]:
     checks = []
     for model in FEWER:
         past = [0, 0]
-        for whole, (fewer,) in beside(clips.filter(object="present"), model):
+        for whole, (fewer,) in matched(clips.filter(object="present"), model):
             peak, less = whole["peak_hs"], fewer["peak_hs"]
             checks.append(more_hs(f"{whole['clip']}: peak HS", peak, less, f"of {model}", threshold))
             past = [past[0] + (peak > threshold), past[1] + (less > threshold)]
@@ -393,7 +393,7 @@ LEAST_FACTOR = 2.0
 def c27(clips: pl.DataFrame, threshold: float) -> list[Check]:
     """Judge each of |HS| and |VS|, without the one and without the other, in every clip of the background alone."""
     checks = []
-    for whole, others in beside(clips, *WITHOUT):
+    for whole, others in matched(clips, *WITHOUT):
         for other, system in product(others, ("hs", "vs")):
             intact, left = strongest(whole, system), strongest(other, system)
             where = f"{whole['clip']}: |{system.upper()}| {left:.4f} of {other['model']}"

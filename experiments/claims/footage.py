@@ -14,7 +14,7 @@ Pearson's, with one trial for each separate second that has frames over the thre
 fewer than `LEAST_SECONDS` of these C12 cannot be judged: by chance four signs agree once in 16 times, five once in 32.
 
 The paper's own words are stronger: "the HS system is highly activated", and VS "mainly remains at much lower level,
-below the spiking threshold". They are judged beside the claim, by `stronger`:
+below the spiking threshold". They are judged too, by `stronger`:
 
 - HS passes the threshold in at least `LEAST_SECONDS` separate seconds, in `LEAST_FRAMES` frames or more of each;
 - of all frames of these seconds, at least 95 % have abs(VS) below the threshold. Silent footage thus adds nothing.
@@ -124,11 +124,11 @@ def _ratio(sums: Floats) -> Floats:
 def verdicts(frames: pl.DataFrame, models: Sequence[ConfiguredModel], experiment: str) -> list[Verdict]:
     """Judge C12 of each model that has rows, and the paper's stronger words. Nothing in a film is random."""
     asked = claims_on("footage")[CLAIM]
-    beside = Claim(id=f"{CLAIM}s", judge=stronger, says=STRONGER, source=asked.source, title=STRONGER, on="footage")
+    second = Claim(id=f"{CLAIM}s", judge=stronger, says=STRONGER, source=asked.source, title=STRONGER, on="footage")
     judged = []
     for model in models:
         rows, threshold = frames.filter(pl.col("model") == model.label), model.thresholds.get("hs")
-        for one in (asked, beside) if len(rows) else ():
+        for one in (asked, second) if len(rows) else ():
             if threshold is None:
                 outcome = Outcome.unjudged("this model has no HS spikes")
             else:

@@ -25,7 +25,7 @@ Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed"]
 """What is asked of the model's responses to the clips.
 
 - ``each``: the measure is at least the bound in every clip.
-- ``none``: it is at most the bound in every clip, and some clip ``beside`` is answered by a spike.
+- ``none``: it is at most the bound in every clip, and some clip ``control`` is answered by a spike.
 - ``ratio``: the least measure is at least the bound times the greatest in ``against``.
 - ``share``: the greatest is at most the bound times the least in ``against``.
 - ``more``: summed over the clips, the measure of the model ``than`` is at least the bound times that of this model.
@@ -44,7 +44,7 @@ Groups = tuple[str, ...]
 
 def claim_on_clips(
     name: str, model: str, test: Test, measure: Measure, bound: float, clips: Groups, against: Groups = (), *,
-    beside: Groups = (), than: str = "",
+    control: Groups = (), than: str = "",
 ) -> Claim:  # fmt: skip
     """Return a statement of a model's own paper that clips can test.
 
@@ -56,8 +56,9 @@ def claim_on_clips(
         The model that it is about: a registered name, with settings where the claim names them.
     test, measure, bound
         What is asked of which number: see `Test` and `Measure`.
-    clips, against, beside
-        Groups of clips: those judged, those they are compared with, and those that a silent model does not answer.
+    clips, against, control
+        Groups of clips: those judged, those they are compared with, and those to which a model responds that is not
+        silent.
     than
         For ``more``: the model that it is compared with.
     """
@@ -73,7 +74,7 @@ def claim_on_clips(
         return f"{row['clip']}: {value(row):.3g} {UNITS[measure]}"
 
     def judge(table: pl.DataFrame, threshold: float) -> Outcome:
-        mine, others, woken = (_of(table, model, groups) for groups in (clips, against, beside))
+        mine, others, woken = (_of(table, model, groups) for groups in (clips, against, control))
         if test in ("way", "reversed"):
             expected = OPPOSITE if test == "reversed" else {way: way for way in OPPOSITE}
             hits = sum(answer(row) == expected[row["motion"]] for row in mine)
@@ -96,7 +97,7 @@ def claim_on_clips(
         outcome = Outcome.of([Check(text(row), value(row), bound * value(other), needs, asks=asks)])
         return _unless_silent(outcome, map(value, others)) if test == "share" else outcome
 
-    shown = names(dict.fromkeys((*clips, *against, *beside)))
+    shown = names(dict.fromkeys((*clips, *against, *control)))
     return _of_paper(name, model, judge, models=frozenset({model, than} - {""}), conditions={"clip": shown},
                      of_potentials=measure != "spikes")  # fmt: skip
 
@@ -129,24 +130,24 @@ ACROSS, GRATINGS = ("translating",), ("gratings",)
 
 CLAIMS = (
     claim_on_clips("LPLC2-1", "lplc2", "each", "spikes", 1.0, LOOMING),
-    claim_on_clips("LPLC2-2", "lplc2", "none", "spikes", 0.0, (*ACROSS, *GRATINGS), beside=LOOMING),
-    claim_on_clips("LPLC2-3", "lplc2", "none", "spikes", 0.0, RECEDING, beside=LOOMING),
+    claim_on_clips("LPLC2-2", "lplc2", "none", "spikes", 0.0, (*ACROSS, *GRATINGS), control=LOOMING),
+    claim_on_clips("LPLC2-3", "lplc2", "none", "spikes", 0.0, RECEDING, control=LOOMING),
     claim_on_clips("LPLC2-4", "lplc2", "share", "peak", 0.5, ("off-centre",), LOOMING),
     claim_on_clips("GF-1", "lplc2-gf", "each", "spikes", 1.0, LOOMING),
-    claim_on_clips("GF-2", "lplc2-gf", "none", "spikes", 0.0, (*ACROSS, *GRATINGS, *RECEDING), beside=LOOMING),
+    claim_on_clips("GF-2", "lplc2-gf", "none", "spikes", 0.0, (*ACROSS, *GRATINGS, *RECEDING), control=LOOMING),
     claim_on_clips("GF-3", "lplc2-gf:fps=100", "each", "spikes", 1.0, ("looming-100",)),
     _untested("GF-4", "lplc2-gf", "the paper's virtual robot and its corridor are not built here"),
     claim_on_clips("MLPLC2-1", "mlplc2", "each", "spikes", 1.0, (*LOOMING, *LIGHT)),
     claim_on_clips("MLPLC2-2", "mlplc2", "each", "spikes", 1.0, ("off-centre",)),
-    claim_on_clips("MLPLC2-3", "mlplc2", "none", "spikes", 0.0, (*ACROSS, *GRATINGS), beside=LOOMING),
-    claim_on_clips("MLPLC2-4", "mlplc2", "none", "spikes", 0.0, RECEDING, beside=LOOMING),
+    claim_on_clips("MLPLC2-3", "mlplc2", "none", "spikes", 0.0, (*ACROSS, *GRATINGS), control=LOOMING),
+    claim_on_clips("MLPLC2-4", "mlplc2", "none", "spikes", 0.0, RECEDING, control=LOOMING),
     claim_on_clips("SI1-1", "si-lgmd1", "each", "spikes", 4.0, (*LOOMING, *LIGHT)),
-    claim_on_clips("SI1-2", "si-lgmd1", "none", "spikes", 3.0, ACROSS, beside=LOOMING),
+    claim_on_clips("SI1-2", "si-lgmd1", "none", "spikes", 3.0, ACROSS, control=LOOMING),
     claim_on_clips("SI1-3", "si-lgmd1", "more", "peak", 2.0, ACROSS, than="si-lgmd1:beta_3=0"),
     _untested("SI1-4", "si-lgmd1", "needs over a thousand encounters a model to tell 96.1 from 93.7 %"),
     claim_on_clips("SI2-1", "si-lgmd2", "each", "spikes", 4.0, LOOMING),
     claim_on_clips("SI2-2", "si-lgmd2", "share", "spikes", 0.5, (*LIGHT, "dark-receding"), LOOMING),
-    claim_on_clips("SI2-3", "si-lgmd2", "none", "spikes", 3.0, ACROSS, beside=LOOMING),
+    claim_on_clips("SI2-3", "si-lgmd2", "none", "spikes", 3.0, ACROSS, control=LOOMING),
     claim_on_clips("PON-1", "pon-lgmd", "ratio", "peak", 0.5, ("low-contrast",), LOOMING),
     claim_on_clips("PON-2", "pon-lgmd", "ratio", "peak", 1.0, (*LOOMING, *LIGHT), (*ACROSS, *RECEDING)),
     claim_on_clips("PON-3", "pon-lgmd", "ratio", "peak", 2.0, ("before-grating",), ("grating-alone",)),

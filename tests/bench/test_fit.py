@@ -103,7 +103,7 @@ def test_a_planted_optimum_is_found(folder):
         path.parent.name.split("-")[0]: json.loads(path.read_text())["seed"] for path in folder.glob("hill/*/run.json")
     }
     assert {name: seed // 1_000_000 for name, seed in parts.items()} == {"search": 0, "held": 1, "sample": 2}
-    kept = [row for row in table(folder, "hill") if row["of"] == "search" and row["kept"] == "1"]
+    kept = [row for row in table(folder, "hill") if row["of"] == "search" and row["satisfied"] == "1"]
     assert len(kept) > 3 * 60 * 0.0314, "a search finds more than chance would"
     for row in table(folder, "hill"):
         a, b = (float(row[f"planted.{name}"]) for name in "ab")
@@ -114,9 +114,9 @@ def test_a_planted_optimum_is_found(folder):
 def test_a_planted_infeasible_box_is_reported_with_its_interval(folder):
     outcome = fit(folder, "none", "hill,valley", *A, *B, "--trials", "40", "--sample", "32", "--held-out", "2")
     assert outcome["word"] == "not fitted"
-    assert outcome["share"] == {"kept": 0, "of": 32, "low": 0.0, "high": proportion_interval(0, 32)[1]}
+    assert outcome["share"] == {"satisfied": 0, "of": 32, "low": 0.0, "high": proportion_interval(0, 32)[1]}
     rows = pl.read_csv(folder / "none" / "fit.csv").filter(pl.col("of") == "search")
-    assert rows["kept"].max() == 1, "each is kept by some, both by none"
+    assert rows["satisfied"].max() == 1, "each is kept by some, both by none"
 
 
 def test_a_figure_has_the_slack_of_search_and_sample_by_parameter_and_the_shares_anew(folder):
@@ -134,20 +134,20 @@ def test_a_figure_has_the_slack_of_search_and_sample_by_parameter_and_the_shares
     rows = {f"no. {row['number']}": row for row in run.anew.filter(name=run.anew["name"][0]).to_dicts()}
     places = {tick.get_position()[1]: tick.get_text() for tick in again.get_yticklabels()}
     assert sorted(places.values()) == sorted(rows)
-    assert len({row["kept"] for row in rows.values()}) > 1, "or one could stand for another"
+    assert len({row["satisfied"] for row in rows.values()}) > 1, "or one could stand for another"
     ends = [segment[:, 0] for segment in again.collections[0].get_segments()]
     for (value, y), (low, high) in zip(again.lines[0].get_xydata(), ends, strict=True):
         row = rows[places[y]]
-        assert (value, low, high) == pytest.approx((row["kept"] / row["replicates"], row["low"], row["high"]))
+        assert (value, low, high) == pytest.approx((row["satisfied"] / row["replicates"], row["low"], row["high"]))
 
 
 def test_a_fit_to_noise_is_exposed_anew(folder):
     outcome = fit(folder, "luck", "luck", *A, "--trials", "60", "--share", "30", "--sample", "8")
     searched = [row for row in table(folder, "luck") if row["of"] == "search"]
-    assert any(row["kept"] == "1" for row in searched), "60 draws of a chance of one in ten"
+    assert any(row["satisfied"] == "1" for row in searched), "60 draws of a chance of one in ten"
     assert outcome["word"] == "not fitted" and outcome["luck"] > 0.0
     winner = table(folder, "luck", "anew.csv")[0]
-    assert int(winner["kept"]) <= 8 and winner["replicates"] == "20"
+    assert int(winner["satisfied"]) <= 8 and winner["replicates"] == "20"
 
 
 def test_settings_in_which_the_model_fails_are_worst_and_on_record(tmp_path):
@@ -159,7 +159,7 @@ def test_settings_in_which_the_model_fails_are_worst_and_on_record(tmp_path):
     rows = table(tmp_path, "out")
     failed = [row for row in rows if float(row["planted.a"]) >= 0.5]
     assert 0 < len(failed) < len(rows)
-    assert {(row["kept"], float(row["slack hill"])) for row in failed} == {("0", -MOST_SLACK)}
+    assert {(row["satisfied"], float(row["slack hill"])) for row in failed} == {("0", -MOST_SLACK)}
     failures = experiments.load(tmp_path / "out").failures
     assert failures.height >= len(failed) and failures["reason"].str.contains("division by zero").all()
 
@@ -209,8 +209,8 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
     rows = [(0, "one", 0, "holds", 3.0), (0, "one", 1, "fails", -5.0), (0, "other", 0, "holds", 2.0),
             (0, "other", 1, "holds", 4.0)]  # fmt: skip
     (row,) = scored(pl.DataFrame(rows, RESULTS, orient="row")).to_dicts()
-    assert row == {"setting": 0, "kept": 1, "claims": 2, "least slack": -5.0, "slack one": -5.0, "slack other": 2.0,
-                   "mean slack": 1.0}  # fmt: skip
+    assert row == {"setting": 0, "satisfied": 1, "claims": 2, "least slack": -5.0, "slack one": -5.0,
+                   "slack other": 2.0, "mean slack": 1.0}  # fmt: skip
 
 
 def test_the_fits_that_ship_can_be_made():

@@ -20,7 +20,7 @@ from experiments import Study
 from experiments.bench import registry, sweep_plan
 from experiments.bench.cli import main
 from experiments.bench.grid import levels_of, points_of
-from experiments.bench.report.sweep import draw
+from experiments.bench.report.sweep import draw, finding
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.judge import judge as outcome
@@ -319,6 +319,15 @@ def test_a_user_s_study_resumes_with_more_replicates(tmp_path, monkeypatch):
     assert (tmp_path / "out/counts.csv").read_bytes() == (tmp_path / "at-once/counts.csv").read_bytes()
     assert set(pl.read_csv("out/counts.csv")["light"]) == {"as it is", "dim"}
     assert json.loads((tmp_path / "out/light.json").read_text())["counts"]
+
+
+@pytest.mark.parametrize(("together", "numbers"), [([1.0, 0.5, 0.0, math.nan], [1, 4, 1]), ([], [4, 8, 2])])
+def test_a_title_counts_the_cells_in_which_all_claims_hold(together, numbers):
+    """Of a grid with several claims these are points; otherwise a cell is a claim at a point."""
+    shares = {"C13": [1.0, 1.0, 0.0, math.nan], "C14": [1.0, 0.5, 1.0, math.nan], TOGETHER: together}
+    rows = [(what, True, "dsnn", share) for what, column in shares.items() for share in column]
+    cells = pl.DataFrame(rows, ["what", "judged", "model", "value"], orient="row")
+    assert [int(number) for number in re.findall(r"\d+", finding(cells))] == numbers
 
 
 def test_the_function_returns_the_outcomes(tmp_path):

@@ -91,9 +91,9 @@ Each has few trials, which seed and index determine: ``colias run speed`` with t
 def write(folder: Path) -> None:
     """Make the runs, and the page `PAGE` in ``folder``; the runs' tables stay beside it for the tests."""
     trials, frames = [], {}
-    for name, (command, told) in RUNS.items():
+    for name, (command, captions) in RUNS.items():
         run = experiments.run(**arguments(command), out=folder / "runs" / name, workers=0, quiet=True)
-        for trial, film in _recorded(run, command, told):
+        for trial, film in _recorded(run, command, captions):
             trials.append(trial)
             frames[trial["id"]] = _base64(packed(film))
         for recording in run.recordings:
@@ -122,12 +122,12 @@ def arguments(command: str) -> dict[str, Any]:
 
 
 def _recorded(
-    run: experiments.Run, command: str, told: Mapping[int, tuple[str, str, str, str]]
+    run: experiments.Run, command: str, captions: Mapping[int, tuple[str, str, str, str]]
 ) -> Iterable[tuple[dict[str, Any], npt.NDArray[np.uint8]]]:
     """Yield what the page tells of each trial, and its frames, (T, R, C)."""
     rows = {row["trial"]: row for row in run.trials.to_dicts()}
     (model,) = run.description.get("settings", run.description)["models"]
-    for index, (name, group, title, note) in told.items():
+    for index, (name, group, title, note) in captions.items():
         film = camera_frames(run.recordings[index])
         yield {
             "id": name, "group": group, "title": title, "note": note, "count": film.shape[0], "rows": film.shape[1],

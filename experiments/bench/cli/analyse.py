@@ -200,7 +200,7 @@ def leaderboard(
         for name, table in boards.items():
             scoreboard.show(table, board.measures(table), f"Ranked by {name}")
             out_console.print(f"{board.NOTE} Empty: does not apply, or no response.")
-        show_files(folder, count(sum(table.height for table in boards.values()), "model"))
+        show_files(folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
     return options.EXIT_FAILED if failures else 0
 
 

@@ -58,9 +58,7 @@ def view(
             return viewer.show(files, web=web)
         viewer.screenshot(files[0], screenshot)
     if source.is_dir() and trial is None:
-        from experiments.bench.report.video import Reel  # not before: it loads matplotlib, which the viewer need not
-
-        out_console.print(f"{files[0].stem}: {Reel(files[0]).name}; --trial N for another")
+        out_console.print(f"{files[0].stem}; --trial N for another")
     return 0
 
 

@@ -110,8 +110,8 @@ def finding(
     most = max((len(levels) for levels, _ in known), default=0)
     orders = [order(levels, samples, along, of) for levels, samples in known if len(levels) > 1 or most == 1]
     if 1 < len(orders) == len(names) < 4 and len({*orders}) > 1:
-        told = (f"{name} {text.removeprefix('is ')}" for name, text in zip(names, orders, strict=True))
-        return f"{noun}: {', '.join(told)}"
+        parts = (f"{name} {text.removeprefix('is ')}" for name, text in zip(names, orders, strict=True))
+        return f"{noun}: {', '.join(parts)}"
     (common, so), *others = Counter(orders).most_common() or [("is not known", 0)]
     if len(orders) < 2:
         return f"{noun} {common}"

@@ -15,7 +15,7 @@ def draw(run: Any) -> Figure:
     shares, settings = run.fitted["importance"], run.summary
     keys = sorted(run.fitted["winner"], key=lambda key: -shares.get(key, 0.0))[:5]
     anew = run.anew.filter(name=run.anew["name"][0]).reverse().with_row_index("place")
-    anew = anew.with_columns(value=pl.col("kept") / pl.col("replicates"))
+    anew = anew.with_columns(value=pl.col("satisfied") / pl.col("replicates"))
     with style.look():
         figure = Figure((style.WIDTH, 2.2 * (1 + len(keys) // 3) + 0.9), layout="constrained")
         *panels, again = style.grid(figure, len(keys) + 1, 3)

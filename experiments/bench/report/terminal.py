@@ -92,11 +92,11 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
         counted = verdict.count
         who = f" ({verdict.model})" if model and verdict.model else ""
         origin = f" [{provenance}]" if provenance else ""
-        told = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}"
+        sentence = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}"
         if verdict.equal is not None and verdict.outcome.equal is not None:
-            told += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
+            sentence += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
         label = Text(counted.sentence(), VERDICT_COLOURS[counted.kind])
-        out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {told}"))
+        out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {sentence}"))
     for least in sorted(set(skipped.values())):
         names, option = ", ".join(name for name in skipped if skipped[name] == least), f" (--repeats {least})"
         out_console.print(f"skipped, for want of {least} trials of each condition{option * (not provenance)}: {names}")

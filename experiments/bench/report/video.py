@@ -389,19 +389,21 @@ def make(
     return len(times)
 
 
-def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None) -> None:
-    """Write a strip as a PNG file: ``count`` moments side by side, and below them the traces with a line at each.
-
-    The moments are spread between the first response and the last; over the whole recording where no model responds.
-    """
-    kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
-    size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
+def moments(reel: Reel, count: int) -> list[float]:
+    """Return ``count`` times, in s, spread between the first response and the last, or over a silent recording."""
     # A stimulus is taken to be in view while a response is over a twentieth of its peak.
     moving = [time_s[np.abs(values) > 0.05 * np.abs(values).max()]
               for channels in reel.values.values() for time_s, values in channels.values()]  # fmt: skip
     shown = np.concatenate([*moving, [] if any(map(len, moving)) else reel.time_s[[0, -1]]])
-    moments = np.linspace(shown.min(), shown.max(), count + 2)[1:-1].tolist()
-    picture = Canvas(reel, size, moments).strip(moments, list(reel.seen(moments)))
+    return list(np.linspace(shown.min(), shown.max(), count + 2)[1:-1])
+
+
+def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None) -> None:
+    """Write a strip as a PNG file: pictures of ``count`` `moments`, and below them the traces with a line at each."""
+    kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
+    size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
+    times = moments(reel, count)
+    picture = Canvas(reel, size, times).strip(times, list(reel.seen(times)))
     with replacing(out) as partial:
         partial.write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())
 

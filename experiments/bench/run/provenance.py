@@ -31,8 +31,6 @@ SHOWS = (".pyc", ".j2")
 """Suffixes of the packages' files that no number depends on."""
 UNREPEATABLE = ("wall_s",)
 """Columns that differ between runs of equal numbers."""
-GIT_S = 20.0
-"""Longest time that git may take, s."""
 
 
 __version__ = importlib.metadata.version("colias-sim")
@@ -157,7 +155,7 @@ def _git(root: Path, *arguments: str) -> str | None:
     # The checkout may belong to another user, which git distrusts; Python runs its code already.
     command = ["git", "-c", "safe.directory=*", "--no-optional-locks", "-C", str(root), *arguments]
     try:
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=GIT_S, check=True)
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     except (OSError, subprocess.SubprocessError, ValueError):
         return None
     return done.stdout

@@ -183,7 +183,7 @@ def _ways(chosen: Ways) -> tuple[Direction, ...]:
 
 
 @parameters
-class Placed:
+class Placement:
     """The errors with which the stimulus of a design is set down."""
 
     _: KW_ONLY
@@ -194,7 +194,7 @@ class Placed:
 
 
 @parameters
-class Translation(Placed):
+class Translation(Placement):
     """Straight crossings of the field of view, perpendicular to the optical axis, all speeds at all distances."""
 
     speeds_cm_s: Several[SpeedCmS]
@@ -221,7 +221,7 @@ class Translation(Placed):
 
 
 @parameters
-class Depth(Placed):
+class Depth(Placement):
     """What approaches and recessions have in common."""
 
     _: KW_ONLY
@@ -296,7 +296,7 @@ class General(Depth):
 
 
 @parameters
-class Crossings(Placed):
+class Crossings(Placement):
     """What crossings of one speed at one distance have in common."""
 
     _: KW_ONLY
@@ -385,7 +385,7 @@ class Egomotion(Crossings):
 
 
 @parameters
-class Listed(Placed):
+class Listed(Placement):
     """A design that is a list of conditions."""
 
     listed: tuple[Condition, ...]

@@ -247,7 +247,7 @@ def _crossing(row: Row) -> str:
 def flaws(rows: Rows) -> str:
     """Return what makes trials something other than what their conditions say, in words; empty if nothing does.
 
-    A trial that was driven open loop is what its stimulus did: its speed and path are told, and bound by no tolerance.
+    A trial that was driven open loop is what its stimulus did: no tolerance bounds its speed and path.
     They are unknown for a trial from a robot's log, which counts as it is.
     """
     rows, problems = [row for row in rows if not is_imported(row)], []

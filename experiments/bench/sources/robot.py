@@ -49,7 +49,7 @@ def camera(settings: Settings, eye: str) -> CameraConfig:
     return dataclasses.replace(CameraConfig.preset(eye), **common)
 
 
-KEPT_SCENES = 6
+MOST_SCENES = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +98,14 @@ def trials_of(experiment: Experiment, settings: Settings, repeats: int, seed: in
     ]
 
 
-class _Kept(threading.local):
+class _Scenes(threading.local):
     """The scenes each thread compiled last, which hold OpenGL contexts of that thread."""
 
     def __init__(self) -> None:
         self.simulations: dict[Any, Simulation] = {}
 
 
-_KEPT = _Kept()
+_SCENES = _Scenes()
 
 
 def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0) -> Simulation:
@@ -113,20 +113,20 @@ def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, mov
 
     ``movers`` is the number of robots beside observer and stimulus.
     """
-    kept, key = _KEPT.simulations, (robot, camera, scene, movers, tuple(map(sha256, map(Path, files(scene)))))
-    if key not in kept:
-        while len(kept) >= KEPT_SCENES:
-            kept.pop(next(iter(kept))).close()
+    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, tuple(map(sha256, map(Path, files(scene)))))
+    if key not in scenes:
+        while len(scenes) >= MOST_SCENES:
+            scenes.pop(next(iter(scenes))).close()
         further = {f"mover{i}": TRIAL_ROBOTS["stimulus"] for i in range(movers)}
-        kept[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further})
-    kept[key] = kept.pop(key)  # the one that was used last
-    return kept[key]
+        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further})
+    scenes[key] = scenes.pop(key)  # the one that was used last
+    return scenes[key]
 
 
 def forget_simulations() -> None:
     """Close the scenes that this thread keeps."""
-    while _KEPT.simulations:
-        _KEPT.simulations.popitem()[1].close()
+    while _SCENES.simulations:
+        _SCENES.simulations.popitem()[1].close()
 
 
 def scene_of(condition: Condition, settings: Settings) -> SceneConfig:

@@ -71,8 +71,6 @@ class Count:
     random: bool = True
 
     def __post_init__(self) -> None:
-        if unknown := set(self.unjudged) - set(REASONS):
-            raise ValueError(f"a claim is unjudged for one of {', '.join(REASONS)}, got {', '.join(sorted(unknown))}")
         there: dict[Reason, int] = {name: self.unjudged[name] for name in REASONS if self.unjudged.get(name)}
         object.__setattr__(self, "unjudged", there)
 

@@ -278,7 +278,7 @@ class Verdict:
     id, says, source
         The claim, its words, and where they are from.
     outcome
-        What was found in the first replicate: its numbers are those that are told beside the count.
+        What was found in the first replicate: its numbers are those that are reported with the count.
     count
         In how many replicates it held; a single run is one replicate.
     model

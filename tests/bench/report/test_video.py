@@ -14,7 +14,7 @@ from matplotlib.patches import Circle
 from experiments.bench.cli import main
 from experiments.bench.report import video
 from experiments.bench.report.recordings import pictures_of
-from experiments.bench.report.video import Canvas, Reel, changes, film_times, make, strip
+from experiments.bench.report.video import Canvas, Reel, changes, film_times, make, moments, strip
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.record import OFF, ON, STILL
 from experiments.bench.sources.episodes import load_behaviour, play
@@ -174,11 +174,24 @@ def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     result, reel = trial
     strip(reel, tmp_path / "strip.png", 3)
     assert cv2.imread(str(tmp_path / "strip.png")).shape[1] == 1800
-    moments = reel.time_s[[0, result.frames // 2, -1]].tolist()
-    canvas = Canvas(reel, (1800, 900), moments)
-    canvas.strip(moments, list(reel.seen(moments)))
+    times = reel.time_s[[0, result.frames // 2, -1]].tolist()
+    canvas = Canvas(reel, (1800, 900), times)
+    canvas.strip(times, list(reel.seen(times)))
     for column, k in zip(canvas.panels, (0, result.frames // 2, -1), strict=True):
         np.testing.assert_array_equal(column[SEEN].images[0].get_array(), result.media.images[""][k])
+
+
+def test_a_strips_moments_divide_the_time_of_responses(trial):
+    result, reel = trial
+    series = result.answers[0].series
+    traces = [series.hs, series.vs, series.hs_spikes, series.vs_spikes]
+    over = [k for k in range(result.frames) if any(abs(trace[k]) > np.abs(trace).max() / 20 for trace in traces)]
+    first, last = reel.time_s[over[0]], reel.time_s[over[-1]]
+    assert 0 < over[0] < over[-1]
+    assert moments(reel, 3) == pytest.approx([first + (last - first) * share for share in (0.25, 0.5, 0.75)])
+    silent = copy.copy(reel)
+    silent.values = {}
+    assert moments(silent, 1) == pytest.approx([(reel.time_s[0] + reel.time_s[-1]) / 2])
 
 
 @pytest.mark.parametrize(("name", "more"), [("a.mp4", ("--speed", "0")), ("a.gif", ()), ("a.mp4", ("--seed", "3"))])
