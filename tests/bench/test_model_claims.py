@@ -52,7 +52,7 @@ def test_every_clip_is_what_the_robot_s_camera_would_see():
     ("claim", "holds", "fails"),
     [
         (model_claim("each"), {"dark-looming": [1, 2, 3]}, {"dark-looming": [3, 0, 3]}),
-        (model_claim("none", bound=3.0, beside=("light-looming",)),
+        (model_claim("none", bound=3.0, control=("light-looming",)),
          {"dark-looming": [3], "light-looming": [1]}, {"dark-looming": [0, 4], "light-looming": [1]}),
         (model_claim("ratio", bound=2.0, against=("translating",)),
          {"dark-looming": [4, 9], "translating": [2, 0]}, {"dark-looming": [9, 4], "translating": [0, 3]}),
@@ -67,7 +67,7 @@ def test_a_check_decides_by_the_worst_clip(claim, holds, fails):
 
 
 def test_a_silent_model_keeps_no_claim_of_silence():
-    none = model_claim("none", bound=0.0, beside=("light-looming",))
+    none = model_claim("none", bound=0.0, control=("light-looming",))
     for claim in (none, model_claim("share", against=("translating",))):
         outcome = judged(claim, rows({"dark-looming": [0], "light-looming": [0], "translating": [0]}))
         assert outcome.verdict == "silent model" and "silent in all" in outcome.decided
