@@ -11,7 +11,7 @@ from pathlib import Path
 from experiments import NAMES, OFFLINE
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import beside
-from experiments.bench.run.user_code import declared, file_beside, is_file
+from experiments.bench.run.user_code import declared, named_file, is_file
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats.claim import PAPER, Claim, claim_ids, claims_on
@@ -64,7 +64,7 @@ def _of_file(path: Path) -> Experiment | OfflineExperiment:
     experiment: Experiment | OfflineExperiment = declared(path, "EXPERIMENT", Experiment, OfflineExperiment)
     models = tuple(beside(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models))
     if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
-        arena = file_beside(path, experiment.arena, "EXPERIMENT.arena")
+        arena = named_file(path, experiment.arena, "EXPERIMENT.arena")
         experiment = dataclasses.replace(experiment, arena=str(arena.resolve()))
     return dataclasses.replace(experiment, file=str(path.resolve()), models=models)
 

@@ -43,8 +43,6 @@ def view(
     from experiments.bench.run import interrupts
     from scenes import ARENA_ENDINGS, ARENAS
 
-    if screenshot is not None and screenshot.suffix != ".png":
-        raise UsageError(f"--screenshot {screenshot}: the file's name should end in .png")
     if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
         return _view_scene(str(source), screenshot)
     one = source.is_file() or trial is not None or screenshot is not None
@@ -58,7 +56,9 @@ def view(
             return viewer.show(files, web=web)
         viewer.screenshot(files[0], screenshot)
     if source.is_dir() and trial is None:
-        out_console.print(f"{files[0].stem}; --trial N for another")
+        from experiments.bench.report.video import Reel  # not before: it loads matplotlib, which the viewer need not
+
+        out_console.print(f"{files[0].stem}: {Reel(files[0]).name}; --trial N for another")
     return 0
 
 

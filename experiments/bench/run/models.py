@@ -13,7 +13,7 @@ from typing import Any, Literal
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
 from dsnn.model import SPIKING
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.user_code import declared, file_beside, is_file
+from experiments.bench.run.user_code import declared, named_file, is_file
 from scenes.hints import nearest
 
 
@@ -212,7 +212,7 @@ def beside(declaring: Path, text: str, where: str) -> str:
         There is no such file.
     """
     source, _ = ask(text)
-    return f"{file_beside(declaring, source, where)}{text.removeprefix(source)}" if is_file(source) else text
+    return f"{named_file(declaring, source, where)}{text.removeprefix(source)}" if is_file(source) else text
 
 
 def presets(value: Any) -> Mapping[str, Any]:

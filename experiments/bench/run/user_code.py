@@ -69,7 +69,7 @@ def declared(path: Path, name: str, *kinds: type) -> Any:
     return value
 
 
-def file_beside(declaring: Path, name: str, where: str) -> Path:
+def named_file(declaring: Path, name: str, where: str) -> Path:
     """Return a file that a user's file names, in ``where``, by a path relative to itself; `UsageError` without one."""
     path = declaring.resolve().parent / name
     if not path.is_file():
