@@ -10,8 +10,8 @@ from pathlib import Path
 
 from experiments import NAMES, OFFLINE
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import beside
-from experiments.bench.run.user_code import declared, named_file, is_file
+from experiments.bench.run.models import named_model
+from experiments.bench.run.user_code import declared, is_file, named_file
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats.claim import PAPER, Claim, claim_ids, claims_on
@@ -62,7 +62,9 @@ def paper_experiments() -> tuple[str, ...]:
 def _of_file(path: Path) -> Experiment | OfflineExperiment:
     """Return what a user's file declares, with the file's path; a relative path of a model starts at its folder."""
     experiment: Experiment | OfflineExperiment = declared(path, "EXPERIMENT", Experiment, OfflineExperiment)
-    models = tuple(beside(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models))
+    models = tuple(
+        named_model(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models)
+    )
     if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
         arena = named_file(path, experiment.arena, "EXPERIMENT.arena")
         experiment = dataclasses.replace(experiment, arena=str(arena.resolve()))

@@ -11,7 +11,7 @@ from typing import Any
 
 from experiments.bench.grid import Levels
 from experiments.bench.run.errors import UsageError, check_known, check_name
-from experiments.bench.run.models import beside
+from experiments.bench.run.models import named_model
 from experiments.bench.run.user_code import declared, declares, is_file
 from experiments.bench.stats.claim import Claim
 from experiments.studies import FITS, STUDIES
@@ -183,7 +183,7 @@ def called(name: str) -> Study | None:
     if not declares(path, "STUDY"):
         return None
     study: Study = declared(path, "STUDY", Study)
-    models = tuple(beside(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
+    models = tuple(named_model(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
     folder = path.resolve().parent
     experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
     return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
 from dsnn.model import SPIKING
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.user_code import declared, named_file, is_file
+from experiments.bench.run.user_code import declared, is_file, named_file
 from scenes.hints import nearest
 
 
@@ -194,7 +194,7 @@ def ask(text: str) -> tuple[str, dict[str, str]]:
     return source, assignments
 
 
-def beside(declaring: Path, text: str, where: str) -> str:
+def named_model(declaring: Path, text: str, where: str) -> str:
     """Return a model named in a user's file, with a path relative to that file made absolute.
 
     Parameters

@@ -27,7 +27,7 @@ from dsnn.model import CHANNELS, SPIKING
 from experiments.bench.run import record as rerun
 from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.files import Files
-from experiments.bench.run.models import beside
+from experiments.bench.run.models import named_model
 from experiments.bench.run.play import FIELDS, FRAMES, Trial
 from experiments.bench.run.rows import JOB, OBSERVER
 from experiments.bench.run.streams import stream
@@ -83,7 +83,7 @@ def load_behaviour(source: str) -> Behaviour:
         return BEHAVIOURS[source]
     entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
-    return dataclasses.replace(entry, model=beside(Path(source), entry.model, "BEHAVIOUR.model"))
+    return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
 
 
 def short_name(env: str) -> str:
