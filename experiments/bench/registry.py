@@ -62,9 +62,7 @@ def paper_experiments() -> tuple[str, ...]:
 def _of_file(path: Path) -> Experiment | OfflineExperiment:
     """Return what a user's file declares, with the file's path; a relative path of a model starts at its folder."""
     experiment: Experiment | OfflineExperiment = declared(path, "EXPERIMENT", Experiment, OfflineExperiment)
-    models = tuple(
-        named_model(path, model, f"EXPERIMENT.models[{index}]") for index, model in enumerate(experiment.models)
-    )
+    models = tuple(named_model(path, model, f"EXPERIMENT.models[{i}]") for i, model in enumerate(experiment.models))
     if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
         arena = named_file(path, experiment.arena, "EXPERIMENT.arena")
         experiment = dataclasses.replace(experiment, arena=str(arena.resolve()))
