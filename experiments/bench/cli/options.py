@@ -45,7 +45,9 @@ Repeats = Annotated[int | None, typer.Option(metavar="N", help="Trials of each c
 Replicates = Annotated[int | None, typer.Option(metavar="N", help="Replicates, each with a seed of its own.")]
 Seed = Annotated[int, typer.Option(help="Seed of the run.")]
 Size = Annotated[str | None, typer.Option(metavar="WxH", help="Width and height, px.")]
-Trial = Annotated[int | None, typer.Option(metavar="N", help="Trial or episode; otherwise the first recorded.")]
+Trial = Annotated[
+    int | None, typer.Option(metavar="N", help="Its number in trials.parquet; otherwise the first recorded.")
+]
 Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
 
 

@@ -50,7 +50,7 @@ def view(
     if not files:
         raise UsageError(f"{source}: no such file, or no .rrd recordings in it")
     if not web and screenshot is None:
-        viewer.require_screen(f"view {source}: ", "use --web")
+        viewer.require_screen(f"view {source}: ", "use --web, or --screenshot FILE.png")
     with interrupts.once():
         if screenshot is None:
             return viewer.show(files, web=web)

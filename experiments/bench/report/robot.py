@@ -55,7 +55,7 @@ IN_WINDOW: Panel = ("spike count", "spikes per trial", {"spikes": "crossing", "s
 MECHANISM: tuple[Panel, ...] = (
     ("time in view", "time in view (s)", {"seconds_in_view": ""}),
     ("firing rate", "firing rate in view (Hz)", {"rate_in_view_hz": ""}),
-    ("peak potential", "potential", {"peak": "peak", "mean_hs_near_axis": "near axis"}),
+    ("peak |potential|", "potential", {"peak": "peak", "mean_hs_near_axis": "near axis"}),
 )
 
 

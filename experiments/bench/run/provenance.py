@@ -162,10 +162,10 @@ def _git(root: Path, *arguments: str) -> str | None:
 
 
 def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    """Name the first file or library that differs from ``there``, or colias-sim itself; empty if none does."""
+    """Name the files and libraries that differ from ``there``, or colias-sim itself; empty if none does."""
     before, after = _computed_by(there), _computed_by(here)
     changed = [name for name in sorted({*before, *after}) if before.get(name) != after.get(name)]
-    return f"{changed[0]} has changed" if changed else ""
+    return " and ".join(f"{name} has changed" for name in changed)
 
 
 def _computed_by(description: Mapping[str, Any]) -> dict[str, str]:

@@ -151,7 +151,8 @@ def test_an_edited_file_of_one_s_own_is_refused_while_trials_are_missing(mine, k
     assert mine(*KINDS[kind]).returncode == 0
     table = mine.folder / "out" / "trials.parquet"
     whole = pl.read_parquet(table)
-    for name in ("gains.py", *(("mine.py", "tiny.py") if kind == "clips" else ())):
+    files = ("gains.py", *(("mine.py", "tiny.py") if kind == "clips" else ()))
+    for name in files:
         there = (mine.folder / name).read_text()
         (mine.folder / name).write_text("GAIN = 0.02\n" if name == "gains.py" else f"{there}# more\n")
         finished = mine(*KINDS[kind])
@@ -161,6 +162,10 @@ def test_an_edited_file_of_one_s_own_is_refused_while_trials_are_missing(mine, k
         assert refused(mine(*KINDS[kind]), f"{name} has changed")
         whole.write_parquet(table)
         (mine.folder / name).write_text(there)
+    for name in files:
+        (mine.folder / name).write_text((mine.folder / name).read_text() + "# more\n")
+    note = mine(*KINDS[kind]).stderr
+    assert all(f"{name} has changed" in note for name in files)
 
 
 def test_other_claims_are_judged_on_the_trials_that_are_done(mine):
