@@ -14,7 +14,7 @@ import polars as pl
 from experiments.bench import fit as fits
 from experiments.bench import offline, registry, trials
 from experiments.bench import sweep as sweeps
-from experiments.bench.report.terminal import tell_troubles
+from experiments.bench.report.terminal import print_troubles
 from experiments.bench.result import Run
 from experiments.bench.run.command import begun_by
 from experiments.bench.run.errors import UsageError, check_known, short
@@ -191,7 +191,7 @@ def run(
     pool = Workers(workers, cluster, quiet=quiet)
     with begun_by({"call": "experiments.run", "arguments": arguments}):
         done = perform(declared, place, pool, recordings=recordings, **asked)
-    tell_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
+    print_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
     return done
 
 

@@ -19,7 +19,7 @@ from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.tests import contrast, holm, paired
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
-TESTED = pl.Schema({
+TEST_COLUMNS = pl.Schema({
     "model": str, "against": str, "n": int, "mean_first": float, "mean_second": float, "mean_difference": float,
     "rank_biserial": float, "test": str, "p": float, "p_holm": float,
 })  # fmt: skip
@@ -73,7 +73,7 @@ def compare(
     parameters = pl.DataFrame(texts, dict.fromkeys(("parameter", "first", "second"), pl.String), orient="row")
     columns, kinds = (CLIP_COLUMNS, TRIALS) if one.kind == "clips" else (CONDITION_COLUMNS, TRIAL_SCHEMA)
     results = _results(one, other, columns) if one.kind in ("clips", "trials", "measured") else []
-    return parameters, corrected(results, pl.Schema({name: kinds[name] for name in columns}) | TESTED)
+    return parameters, corrected(results, pl.Schema({name: kinds[name] for name in columns}) | TEST_COLUMNS)
 
 
 def _results(one: Run, other: Run, columns: Sequence[str]) -> list[dict[str, Any]]:

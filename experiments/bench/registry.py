@@ -9,12 +9,12 @@ from functools import cache
 from pathlib import Path
 
 from experiments import NAMES, OFFLINE
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.models import named_model
 from experiments.bench.run.user_code import declared, is_file, named_file
 from experiments.bench.sources.clips import OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
-from experiments.bench.stats.claim import PAPER, Claim, claim_ids, claims_on
+from experiments.bench.stats.claim import Claim, claims_on
 from scenes import is_arena_file
 from scenes.hints import nearest
 
@@ -79,13 +79,10 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
     name
         What it was asked for by.
     """
-    on, what = ("clips", "clips") if isinstance(experiment, OfflineExperiment) else ("robot", "trials with the robot")
+    on = "clips" if isinstance(experiment, OfflineExperiment) else "robot"
     for claim in experiment.claims:
         if isinstance(claim, Claim):
             if claim.on != on:
                 raise UsageError(f"{name}: claim {claim.id} is on {claim.on}: expected on='{on}' here")
-        elif claim not in claim_ids(PAPER):
-            raise UsageError(f"{name}: unknown claim '{claim}': known are {', '.join(claim_ids(PAPER))}")
-        elif claim not in claims_on(on):
-            known = ", ".join(claims_on(on))
-            raise UsageError(f"{name}: no {what} test claim '{claim}'; they test {known}")
+        else:
+            check_known(f"{name}: claim on {on}", claim, claims_on(on))

@@ -56,13 +56,13 @@ from experiments.studies.onboard import STUDY as ONBOARD
 from experiments.studies.robot import DEFAULTS
 from experiments.studies.robot import SENSITIVITY as SENSITIVE
 
-PLAYED: Mapping[str, tuple[str, ...]] = {
+PLAYERS: Mapping[str, tuple[str, ...]] = {
     AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
     OPTOMOTOR: ("optomotor-pi", "optomotor", "still", "oracle-heading"),
     FIXATION: ("fixation-pi", "fixation", "still", "oracle-target"),
 }
 """Env -> who plays there."""
-BESIDE = ("dsn2017",)
+MORE_MODELS = ("dsn2017",)
 """The models shown with the DSNN unless others are named."""
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the first seed alone."""
@@ -133,7 +133,7 @@ Plans = dict[str, Batch[Any] | Sweep]
 
 
 def planned(
-    scale: Scale, seed: int, models: Sequence[str] = BESIDE, extra: Sequence[str] = (), robot_only: bool = False,
+    scale: Scale, seed: int, models: Sequence[str] = MORE_MODELS, extra: Sequence[str] = (), robot_only: bool = False,
 ) -> Plans:  # fmt: skip
     """Plan a reproduction.
 
@@ -159,7 +159,7 @@ def planned(
         for name in (*registry.paper_experiments(), *SHOWN, *extra)
     ]
     names = [part.name for part in robot]
-    ours = (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE, *map(_behaved, PLAYED))
+    ours = (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE, *map(_behaved, PLAYERS))
     for name in names:
         if names.count(name) > 1 or name in ours:
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
@@ -170,10 +170,10 @@ def planned(
             assert isinstance(clips, OfflineExperiment)
             repeated = scale.offline_replicates if clips.repeats > 1 else None  # with one repeat nothing is random
             plans[name] = offline.plan(clips, clips.models, (), repeated, seed)
-        for env in PLAYED:  # all at the same seeds
+        for env in PLAYERS:  # all at the same seeds
             whole = ENVS[env].max_episode_steps
             plans[_behaved(env)] = behave.episodes(
-                PLAYED[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole)
+                PLAYERS[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole)
             )
     if scale.replicates > 1:
         plans[REPLICATES] = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)

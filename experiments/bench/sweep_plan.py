@@ -31,7 +31,7 @@ from experiments.bench.replicates import MODEL, asked_models
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import plain
-from experiments.bench.run.models import ConfiguredModel, ask, look_up
+from experiments.bench.run.models import ConfiguredModel, look_up, parse_model
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
@@ -67,7 +67,7 @@ class Part:
 
 def settled(model: ConfiguredModel) -> set[str]:
     """Return the keys that a model has settled itself, as ``dsnn:n_con=5`` has."""
-    return {f"{model.section}.{name}" for name in ask(model.text)[1]}
+    return {f"{model.section}.{name}" for name in parse_model(model.text)[1]}
 
 
 def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:

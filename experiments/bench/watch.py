@@ -27,7 +27,7 @@ from experiments.bench.run.folder import RunFolder
 from experiments.bench.run.models import ConfiguredModel, model_texts, rate_notes, shown_models
 from experiments.bench.run.parameters import differing
 from experiments.bench.run.play import Sample, Showing, Trial, play
-from experiments.bench.run.runs import tell
+from experiments.bench.run.runs import print_notes
 from experiments.bench.run.settings import assignments, changed, check_counts, collect, watchers
 from experiments.bench.run.user_code import is_own
 from experiments.bench.sources import motion
@@ -225,7 +225,7 @@ def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False,
         folder.end()
         for note in notes:
             error_console.print(f"note: {note}")
-        tell(folder)
+        print_notes(folder)
         return load(out)
 
 

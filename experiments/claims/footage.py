@@ -132,6 +132,6 @@ def verdicts(frames: pl.DataFrame, models: Sequence[ConfiguredModel], experiment
             if threshold is None:
                 outcome = Outcome.unjudged("this model has no HS spikes")
             else:
-                outcome = one.ask(*columns(rows), threshold, frame_rate(rows))
+                outcome = one.evaluate(*columns(rows), threshold, frame_rate(rows))
             judged.append(one.verdict([outcome], random=False, model=model.label, experiment=experiment))
     return judged

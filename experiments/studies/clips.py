@@ -20,7 +20,7 @@ SPEED = {"C6": (120.0,)}
 # background that hardly moves. Each claim is judged at every speed, one at a time, in the direction its words name.
 BEHIND = "background (px/s)"
 FPS = 30.0
-BESIDE = ("emd-normalised", "three-arm", "three-arm-4q", "t4t5")
+RIVALS = ("emd-normalised", "three-arm", "three-arm-4q", "t4t5")
 """Models that see the clips beside those of the experiment, `dsnn`, `dsn2017` and `emd`."""
 
 
@@ -72,7 +72,7 @@ BACKGROUND = Study(
     claims=tuple(C7_RISES if number == 7 else find_claim(f"C{number}", "clips") for number in range(5, 12)),
     experiments=("background",),
     axes={BEHIND: {f"{speed:g}": () for speed in FASTER}},
-    models=("dsnn", *BESIDE),
+    models=("dsnn", *RIVALS),
     repeats=None,
     replicates=1,
     claim_at=at_speed,

@@ -48,7 +48,7 @@ def reproduce(
 
     pool = options.pool(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
-    plans = whole.planned(scale, seed, (*whole.BESIDE, *(model or ())), experiment or (), robot_only)
+    plans = whole.planned(scale, seed, (*whole.MORE_MODELS, *(model or ())), experiment or (), robot_only)
     folder = options.results_folder(out, "reproduce")
     verdicts, failures = whole.reproduce(folder, scale, seed, plans, pool)
     page.write(folder)
@@ -86,7 +86,7 @@ def sweep(
     """
     from experiments.bench import sweep as sweeps
     from experiments.bench.report.sweep import show
-    from experiments.bench.report.terminal import tell_troubles
+    from experiments.bench.report.terminal import print_troubles
     from experiments.bench.study import typed
     from experiments.bench.sweep_plan import planned
 
@@ -102,7 +102,7 @@ def sweep(
     result = sweeps.run(plan, folder, pool)
     if not quiet:
         show(result, folder)
-    broken = tell_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
+    broken = print_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
     return options.EXIT_FAILED if result.failures or broken else 0
 
 

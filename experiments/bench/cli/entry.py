@@ -62,7 +62,7 @@ def _outcome() -> tuple[int, str]:
         from experiments.bench.cli import main as cli_main
 
         status = cli_main.command(sys.argv[1:] or ["--help"])
-        return status, interrupts.SAID if status == interrupts.STATUS else ""
+        return status, interrupts.MESSAGE if status == interrupts.STATUS else ""
     except BrokenPipeError:
         return EXIT_CLOSED, ""
     except SystemExit as error:  # Rich and Typer end the process so where nobody reads on

@@ -68,12 +68,12 @@ def _subject(text: str) -> tuple[str, tuple[Any, ...], Any]:
     """Return what a name or a file means: its label, the laws of its kind, and what they are tried on."""
     from dsnn.stimuli import STIMULI
     from experiments.bench import check
-    from experiments.bench.run.models import ask
+    from experiments.bench.run.models import parse_model
     from experiments.bench.run.settings import watchers
     from experiments.bench.run.user_code import declares, is_file
     from experiments.bench.sources.clips import find_stimulus
 
-    source, _ = ask(text)
+    source, _ = parse_model(text)
     own = Path(source) if is_file(source) and not source.endswith(".xml") else None
     if source in ARENAS or source.endswith(".xml") or (own and declares(own, "ARENA")):
         return arena_name(source), check.ARENAS, source if source in ARENAS else str(Path(source).resolve())

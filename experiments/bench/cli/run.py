@@ -46,7 +46,7 @@ def run(
     from experiments.bench import registry
     from experiments.bench.api import perform
     from experiments.bench.cli import tables
-    from experiments.bench.report.terminal import tell_troubles
+    from experiments.bench.report.terminal import print_troubles
     from experiments.bench.sources.pictures import folder_pictures
 
     if again is not None:
@@ -64,7 +64,7 @@ def run(
     )  # fmt: skip
     if not quiet:
         tables.show(done)
-    broken = tell_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
+    broken = print_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
     return options.EXIT_FAILED if done.failures.height or broken else 0
 
 

@@ -76,18 +76,18 @@ class Page:
         self.server = viser.ViserServer("127.0.0.1", port, label="colias live", verbose=False)
         self._build()
 
-    def ask(self, do: Callable[[], None]) -> None:
+    def enqueue(self, do: Callable[[], None]) -> None:
         """Queue a call, to be made between two frames."""
         self._asked.put(do)
 
-    def heed(self) -> None:
+    def handle_queue(self) -> None:
         """Make the queued calls, then let every control show the session's value."""
         count = self._asked.qsize()
         for _ in range(count):
             try:
                 self._asked.get()()
             except (ValueError, TypeError, KeyError) as error:
-                self.tell(str(error))
+                self.show_note(str(error))
         if count:
             self._refresh()
 
@@ -96,7 +96,7 @@ class Page:
             if handle.value != (value := present()):
                 handle.value = value
 
-    def tell(self, text: str) -> None:
+    def show_note(self, text: str) -> None:
         """Show a text to everybody who looks at the page."""
         self.note.content = text.replace("<", "&lt;").replace("\n", "  \n")
 
@@ -105,7 +105,7 @@ class Page:
 
         async def update(event: Any) -> None:  # at once, in viser's loop: from its pool a refresh could come before it
             value = event.target.value
-            self.ask(lambda: None if value == present() else do(value))
+            self.enqueue(lambda: None if value == present() else do(value))
 
         self._controls.append((handle, present))
         handle.on_update(update)
@@ -132,7 +132,7 @@ class Page:
 
     def _build(self) -> None:
         """Add the panels and the controls."""
-        gui, ask, session = self.server.gui, self.ask, self.session
+        gui, enqueue, session = self.server.gui, self.enqueue, self.session
         gui.configure_theme(show_logo=False, show_share_button=False)
         panel = gui.add_panel()
         with panel.add_tab("Network"):
@@ -161,12 +161,12 @@ class Page:
             ("reset the model's parameters", "Z", session.reset_parameters),
         )  # fmt: skip
         for label, key, do in commands:
-            gui.add_command(label, hotkey=key).on_trigger(lambda _, do=do: ask(do))
+            gui.add_command(label, hotkey=key).on_trigger(lambda _, do=do: enqueue(do))
 
     def _build_models(self) -> None:
         """Add the models' parameters, a folder a model."""
         gui, session = self.server.gui, self.session
-        gui.add_button("reset the parameters", hint="key Z").on_click(lambda _: self.ask(session.reset_parameters))
+        gui.add_button("reset the parameters", hint="key Z").on_click(lambda _: self.enqueue(session.reset_parameters))
         for place, runner in enumerate(session.runners):
             holder = partial(lambda place: session.runners[place].network, place)
             with gui.add_folder(runner.label):
@@ -176,7 +176,8 @@ class Page:
 
     def _build_drive(self) -> None:
         """Add the controls of the robots, and the arena."""
-        session, server, gui, ask = self.session, self.server, self.server.gui, self.ask
+        session, server, gui = self.session, self.server, self.server.gui
+        enqueue = self.enqueue
         server.scene.set_up_direction("+z")
         server.initial_camera.position, server.initial_camera.look_at = (-34.0, 0.0, 66.0), (5.0, 0.0, 0.0)
         self.scene = Scene(server.scene)
@@ -184,18 +185,19 @@ class Page:
         for robot in ROBOTS:
             group = gui.add_button_group(robot, tuple(MOVES))
             group.on_click(
-                lambda event, robot=robot: ask(partial(session.drive, robot, *MOVES[event.target.value][:2]))
+                lambda event, robot=robot: enqueue(partial(session.drive, robot, *MOVES[event.target.value][:2]))
             )
             for move, (ahead, turn, key) in MOVES.items():
                 shift: Any = None if robot == "stimulus" else "shift"
                 command = gui.add_command(f"{robot}: {move}", hotkey=key, modifier=shift)
                 do = partial(session.drive, robot, ahead, turn)
-                command.on_trigger(lambda _, do=do: ask(do))
+                command.on_trigger(lambda _, do=do: enqueue(do))
         speed = gui.add_slider("speed, cm/s", 0.5, FASTEST_CM_S, 0.5, session.speed_cm_s)
         self.follow(speed, lambda value: setattr(session, "speed_cm_s", float(value)), lambda: session.speed_cm_s)
         pause = gui.add_button_group("time", ("pause", "step", "again"))
-        pause.on_click(lambda event: ask(partial(self.time, str(event.target.value))))
-        gui.add_button("record", hint="C: a run of this trial since its beginning").on_click(lambda _: ask(self.record))
+        pause.on_click(lambda event: enqueue(partial(self.time, str(event.target.value))))
+        record = gui.add_button("record", hint="C: a run of this trial since its beginning")
+        record.on_click(lambda _: enqueue(self.record))
 
     def time(self, word: str) -> None:
         """Pause or continue, advance one frame, or begin again."""
@@ -209,7 +211,7 @@ class Page:
     def record(self) -> None:
         """Record the trial since its beginning."""
         folder = self.session.record().folder
-        self.tell(f"recorded into {folder}; repeat it by: colias run --again {folder}")
+        self.show_note(f"recorded into {folder}; repeat it by: colias run --again {folder}")
 
     def show(self, sample: Sample) -> None:
         """Show a frame."""
@@ -241,7 +243,7 @@ class Page:
         """Show frame after frame at the pace of the clock. A slow machine slows it down; no frame is skipped."""
         session, due = self.session, time.perf_counter()
         while True:
-            self.heed()
+            self.handle_queue()
             if self.paused and not self._steps:
                 time.sleep(IDLE_S)
                 due = time.perf_counter()
@@ -250,14 +252,14 @@ class Page:
             try:
                 sample = session.step()
             except (TrialError, UsageError) as error:
-                self.tell(str(error))
+                self.show_note(str(error))
                 self.paused = True
                 continue
             self.show(sample)
             due = max(due + session.interval_s, time.perf_counter() - session.interval_s)
             while (left := due - time.perf_counter()) > 0.0:
                 time.sleep(min(left, IDLE_S))
-                self.heed()
+                self.handle_queue()
 
 
 def _number(gui: viser.GuiApi, label: str, schema: Mapping[str, Any], now: float, hint: str) -> Any:

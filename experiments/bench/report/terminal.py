@@ -102,7 +102,7 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
         out_console.print(f"skipped, for want of {least} trials of each condition{option * (not provenance)}: {names}")
 
 
-def tell_troubles(judged: Iterable[tuple[str, str]]) -> bool:
+def print_troubles(judged: Iterable[tuple[str, str]]) -> bool:
     """Print a line for each claim whose judge, a user's own, went wrong.
 
     Parameters

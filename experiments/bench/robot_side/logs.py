@@ -33,8 +33,8 @@ from experiments.bench.robot_side.firmware import MODEL
 from experiments.bench.robot_side.qemu import Q15
 from experiments.bench.run import record as rerun
 from experiments.bench.run import rows as of_rows
-from experiments.bench.run.errors import UsageError, as_usage_error, short
-from experiments.bench.run.models import ConfiguredModel, ask, look_up
+from experiments.bench.run.errors import UsageError, as_usage_error, check_known
+from experiments.bench.run.models import ConfiguredModel, look_up, parse_model
 from experiments.bench.run.play import Sample, Showing, Trial, play
 from experiments.bench.run.rows import COLUMN, OBSERVER
 from experiments.bench.run.runs import Batch
@@ -46,7 +46,6 @@ from experiments.bench.sources.pictures import by_number
 from experiments.bench.sources.robot import MARK, TRUE
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, away_cm, responses, windows
 from experiments.bench.trials import batch, conclude, configure
-from scenes.hints import nearest
 
 TIME, LINE = "time_s", "line"
 CHANNELS: Mapping[str, str] = {"hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes", "azimuth": ""}
@@ -103,9 +102,7 @@ def read(path: Path, unnamed: str = "dsnn") -> pl.DataFrame:
         raise UsageError(f"{path}: {str(error).splitlines()[0]}") from None
     names = cells.columns[1:]
     for name in names:
-        if name not in SCHEMA:
-            near = nearest(name, SCHEMA, after="; ")
-            raise UsageError(f"{path}, line 1: unknown column {short(name)} ({near}all: {', '.join(SCHEMA)})")
+        check_known(f"{path}, line 1: column", name, SCHEMA)
     whole = ["trial", TIME, *(POSES if set(POSES) & set(names) else ())]
     pairs = [pair for pair in CHANNELS.items() if set(pair) & set(names)]
     if missing := [name for name in (*whole, *(name for pair in pairs for name in pair if name)) if name not in names]:
@@ -356,7 +353,7 @@ def plan(
     if (models and frames is None) or not (models or of_model):
         raise UsageError(f"{path}: --model needs --frames FOLDER, and a log without responses (hs, looming) both")
     for label, rows in of_model.items():
-        if label not in declared and ask(label)[0] not in MODELS:  # a cell of a log runs no file
+        if label not in declared and parse_model(label)[0] not in MODELS:  # a cell of a log runs no file
             raise UsageError(f"{path}, line {rows[LINE][0]}: no model '{label}': name its file by --ran FILE.py")
     texts = list(dict.fromkeys([*(declared.get(label, label) for label in of_model), *models]))
     chosen, settings = configure(experiment, texts, assignments)

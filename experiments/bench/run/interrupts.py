@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 STATUS = 130
-SAID = "colias: interrupted"
+MESSAGE = "colias: interrupted"
 IMPATIENT_S = 1.0
 """Two signals nearer than this are one wish: a terminal and a parent may both send it."""
 
@@ -36,7 +36,7 @@ def end() -> None:
 def leave(*_: object) -> None:
     """End this process at once, without a word from any library."""
     try:
-        os.write(2, f"{SAID}\n".encode())
+        os.write(2, f"{MESSAGE}\n".encode())
     finally:
         os._exit(STATUS)
 
@@ -52,14 +52,14 @@ def once(action: Callable[[], None] = _raise) -> Iterator[None]:
         yield
         return
 
-    def heed(*_: object) -> None:
+    def interrupt(*_: object) -> None:
         first_s = time.monotonic()
         signal.signal(signal.SIGINT, lambda *_: leave() if time.monotonic() - first_s > IMPATIENT_S else None)
         action()
 
-    signal.signal(signal.SIGINT, heed)
+    signal.signal(signal.SIGINT, interrupt)
     try:
         yield
     finally:
-        if signal.getsignal(signal.SIGINT) is heed:  # otherwise it was done, and the command is about to end
+        if signal.getsignal(signal.SIGINT) is interrupt:  # otherwise it was done, and the command is about to end
             signal.signal(signal.SIGINT, leave)

@@ -12,9 +12,8 @@ from typing import Any, Literal
 
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
 from dsnn.model import SPIKING
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, as_usage_error, check_known
 from experiments.bench.run.user_code import declared, is_file, named_file
-from scenes.hints import nearest
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,10 +123,8 @@ def load_model(source: str) -> ModelEntry:
     Raises `UsageError` on an unknown name, and on a file that declares no `dsnn.ModelEntry`.
     """
     if not is_file(source):
-        try:
+        with as_usage_error(f"--model {source}: ", ", or a .py file"):
             return model_entry(source)
-        except ValueError as error:
-            raise UsageError(f"--model {source}: {error}, or a .py file") from None
     entry: ModelEntry = declared(Path(source), "MODEL", ModelEntry)
     return entry
 
@@ -172,7 +169,7 @@ def shown_models(declared: Sequence[str], given: Sequence[str] | None, only: boo
     return list(dict.fromkeys([*(() if only else declared), *(given or ())]))
 
 
-def ask(text: str) -> tuple[str, dict[str, str]]:
+def parse_model(text: str) -> tuple[str, dict[str, str]]:
     """Take a text of ``--model`` apart: a name or a path, and the settings, name -> text.
 
     Raises `UsageError` for settings that are not of the form. A path ends at its ``.py``, so that it may have colons; a
@@ -211,7 +208,7 @@ def named_model(declaring: Path, text: str, where: str) -> str:
     UsageError
         There is no such file.
     """
-    source, _ = ask(text)
+    source, _ = parse_model(text)
     return f"{named_file(declaring, source, where)}{text.removeprefix(source)}" if is_file(source) else text
 
 
@@ -236,13 +233,11 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
     """
     by_label: dict[str, ConfiguredModel] = {}
     for text in texts:
-        source, values = ask(text)
+        source, values = parse_model(text)
         chosen = dataclasses.replace(choose(source, tests), text=text)
         known = list(names(chosen.network))
         for name in values:
-            if name not in known:
-                listed = f"{nearest(name, known, after='; ')}all: colias list parameters --only --model {source}"
-                raise UsageError(f"--model {text}: {chosen.label} has no parameter '{name}' ({listed})")
+            check_known(f"--model {text}: parameter", name, known)
         if values:
             chosen = dataclasses.replace(chosen, label=f"{chosen.label}:{text[len(source) + 1 :]}")
         before = by_label.setdefault(chosen.label, chosen)

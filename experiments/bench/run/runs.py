@@ -102,7 +102,7 @@ class Batch(Generic[AnyTrial]):
                     raise
             if left:
                 folder.end()
-            tell(folder)
+            print_notes(folder)
             yield folder
 
     def _play(self, left: Sequence[AnyTrial], folder: RunFolder, pool: Workers, advance: Callable[[], None]) -> None:
@@ -126,7 +126,7 @@ def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, spec: An
     return work(spec)
 
 
-def tell(folder: RunFolder) -> None:
+def print_notes(folder: RunFolder) -> None:
     """Print the notes about a run's tables, and the first failures."""
     for note in folder.notes():
         error_console.print(f"note: {note}")

@@ -14,7 +14,7 @@ from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.bench.run.errors import UsageError, check_known
 from experiments.bench.run.models import PRESET as PRESET
-from experiments.bench.run.models import ConfiguredModel, ask, family, look_up, names, presets
+from experiments.bench.run.models import ConfiguredModel, family, look_up, names, parse_model, presets
 from scenes.hints import nearest
 
 SECTIONS = frozenset(map(family, MODELS))
@@ -29,7 +29,9 @@ def applied(
     for model in models:
         common = changed(model.section, model.network, collected.get(model.section, {}))
         typed = functools.partial("--model {}: {}={}".format, model.text)
-        configured.append(dataclasses.replace(model, network=changed(model.section, common, ask(model.text)[1], typed)))
+        configured.append(
+            dataclasses.replace(model, network=changed(model.section, common, parse_model(model.text)[1], typed))
+        )
     return tuple(configured)
 
 

@@ -97,7 +97,7 @@ class Workers:
                     self._count, timeout=None, initializer=_begin_worker, initargs=(os.getpid(),)
                 )
         else:
-            self._executor = _Here()
+            self._executor = _InProcess()
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Hand out a job; its future raises ``BrokenExecutor`` if a worker process dies meanwhile."""
@@ -120,7 +120,7 @@ class Workers:
             self._executor.shutdown(kill_workers=True)  # type: ignore[call-arg]
 
 
-class _Here(Executor):
+class _InProcess(Executor):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
         try:

@@ -67,11 +67,7 @@ class Clip:
     jitter_px: float = 0.0
 
     def __post_init__(self) -> None:
-        try:
-            changes = tuple(dict(self.changes).items())
-        except (TypeError, ValueError):
-            raise ValueError(f"clip {self.name}: changes must be pairs of a parameter and its value") from None
-        object.__setattr__(self, "changes", changes)
+        object.__setattr__(self, "changes", tuple(dict(self.changes).items()))
         self.build(0)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
@@ -388,9 +384,6 @@ class OfflineExperiment:
         object.__setattr__(self, "models", tuple(self.models))
         if not self.clips:
             raise ValueError(f"experiment {self.name}: it needs clips")
-        for index, clip in enumerate(self.clips):
-            if not isinstance(clip, Clip):
-                raise ValueError(f"experiment {self.name}: clips[{index}] must be a Clip, got {clip!r}")
         check_unique(f"experiment {self.name}: two clips", [clip.name for clip in self.clips])
         for clip in self.clips:
             for name in self.figure.parameters():

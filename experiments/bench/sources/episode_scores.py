@@ -143,7 +143,7 @@ def verdicts(env: str, behaviours: Collection[str], trials: pl.DataFrame) -> lis
         if env in claim.conditions["env"] and claim.models <= set(behaviours):
             missing = claim.models - set(trials["model"])
             outcome = Outcome.unjudged(f"needs episodes of {' and '.join(sorted(claim.models))}")
-            outcome = outcome if missing else claim.ask(trials)
+            outcome = outcome if missing else claim.evaluate(trials)
             judged.append(claim.verdict([outcome], experiment=env))
     return judged
 

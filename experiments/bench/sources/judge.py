@@ -108,7 +108,7 @@ def _judged(claim: Claim, rows: Rows, threshold: float) -> Outcome:
 
 
 def _on_robot(claim: Claim, rows: Rows, threshold: float) -> Outcome:
-    outcome = claim.ask([dict(row) for row in rows], threshold)  # what a judge changes is its own
+    outcome = claim.evaluate([dict(row) for row in rows], threshold)  # what a judge changes is its own
     if not outcome.judged:
         return outcome
     wrong = flaws([row for row in rows if not claim.models or row["model"] == claim.spiking])
@@ -128,7 +128,7 @@ def _on_clips(claim: Claim, rows: Rows, threshold: float) -> Outcome:
         return Outcome.unjudged(lacking)
     import polars as pl  # not before: it takes its time to load, and declarations need this file
 
-    outcome = claim.ask(pl.DataFrame(rows, infer_schema_length=None, strict=False), threshold)
+    outcome = claim.evaluate(pl.DataFrame(rows, infer_schema_length=None, strict=False), threshold)
     if not claim.own:
         n = sum(row["model"] == claim.spiking for row in rows)
         outcome = replace(outcome, n=n, fewest=n)

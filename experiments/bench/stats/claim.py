@@ -157,7 +157,7 @@ class Claim:
         """Return whether it is a user's own, and none of those that ship."""
         return self.id not in claim_ids()
 
-    def ask(self, trials: Any, *more: Any) -> Outcome:
+    def evaluate(self, trials: Any, *more: Any) -> Outcome:
         """Ask the judge. A user's judge that raises leaves the claim unjudged: the tables count.
 
         Parameters

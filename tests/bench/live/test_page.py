@@ -53,7 +53,7 @@ def serving(port: int, make: Callable[[], Any]) -> Iterator[Any]:
     try:
         yield pages[0]
     finally:
-        pages[0].ask(leave)
+        pages[0].enqueue(leave)
         thread.join()
 
 
@@ -166,6 +166,6 @@ def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
         until(lambda: page.session.number > 2)
         drawn = obstacles(page)
         assert len(drawn) == len(sizes) + 1 + 2, "the obstacles, the floor and the wall"
-        page.ask(lambda: page.session.set("scene.light", "0.5"))
+        page.enqueue(lambda: page.session.set("scene.light", "0.5"))
         until(lambda: page.session.settings.get("scene.light") == "0.5" and page.session.number > 2)
         assert obstacles(page) == drawn
