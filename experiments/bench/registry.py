@@ -85,4 +85,4 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
             if claim.on != on:
                 raise UsageError(f"{name}: claim {claim.id} is on {claim.on}: expected on='{on}' here")
         else:
-            check_known(f"{name}: claim on {on}", claim, claims_on(on))
+            check_known(f"{name}: claim", claim, claims_on(on))

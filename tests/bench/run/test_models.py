@@ -6,7 +6,7 @@ import polars as pl
 import pytest
 
 from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import ask, choose, rate_notes, shown_models
+from experiments.bench.run.models import choose, parse_model, rate_notes, shown_models
 from experiments.bench.run.settings import watchers
 from tests.helpers import user_files
 
@@ -80,7 +80,7 @@ TEXTS = {
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_a_text_is_taken_apart(text):
-    assert ask(text) == TEXTS[text]
+    assert parse_model(text) == TEXTS[text]
 
 
 def test_off_line_models_keep_their_preset_under_settings():
