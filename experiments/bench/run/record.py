@@ -333,7 +333,7 @@ def _pictures(entity: str, kind: Any, images: Images, when: Sequence[rr.TimeColu
     count, rows, columns = images.shape
     form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
     # By Arrow's own means, without a copy: from an array Rerun makes two.
-    ends = np.arange(count + 1, dtype=np.int32) * rows * columns
+    ends = pa.array(np.arange(count + 1) * (rows * columns), pa.int32())  # raises where a list is too long
     buffers = pa.ListArray.from_arrays(ends, images.ravel(), type=BLOB)
     return [fixed(entity, kind.from_fields(format=form)), chunk(entity, when, kind.columns(buffer=buffers))]
 
