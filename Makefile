@@ -80,19 +80,19 @@ playground: ## The playground's JavaScript: linted, its format and its types che
 
 test-fit: $(READY) ## The tests of fits, which need the extra [fit]
 	sh tools/setup.sh --fit
-	$(BIN)/python -m pytest tests/bench/test_fit.py
+	$(BIN)/python -m pytest tests/experiments/kinds/test_fit.py
 
 test-live: $(READY) ## The tests of the page of colias live, which need the extra [live] and Chromium
 	sh tools/setup.sh --live
 	sh tools/setup.sh --browser
-	$(BIN)/python -m pytest tests/bench/live
+	$(BIN)/python -m pytest tests/experiments/kinds/live
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
-	$(BIN)/python -m pytest tests/bench/test_train.py
+	$(BIN)/python -m pytest tests/experiments/kinds/test_training.py
 
 fuzz: $(READY) ## The network and the chip's records in C under the sanitizers: 2,000 cases
-	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/bench/robot_side/test_serial.py \
+	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/experiments/robot/test_serial.py \
 		-k "every_build or records_in_c"
 
 lint: $(READY)

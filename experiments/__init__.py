@@ -1,8 +1,8 @@
 """Experiments with a simulated Colias and fly-inspired vision: run them, declare your own, read what came of them.
 
 The paper's experiments with the robot and some beyond it are here, one script a file; those with clips are declared in
-`experiments.clips`. What they share is in `experiments.bench`. A file of your own needs this package, `dsnn` and
-`colias_sim`, never ``experiments.bench``.
+`experiments.paper.clips`. What they share is in the folders here. A file of your own needs this package, `dsnn` and
+`colias_sim`, never what is in these folders.
 
 A new experiment that ships is a script here, or an entry of ``EXPERIMENTS`` there, and its name in `NAMES` or
 `OFFLINE`.
@@ -28,7 +28,7 @@ OFFLINE = (
 
 # The public names stand in __init__.pyi, which type checkers and editors read too. The file is read, and a name
 # imported, when one is first asked for. So importing this package loads no simulator, no plotting and no recorder, and
-# takes no time before `experiments.bench.cli.entry` sees to Ctrl-C. Modules of the bench import this package for
+# takes no time before `experiments.cli.entry` sees to Ctrl-C. Modules below import this package for
 # `NAMES`; an import back would be a circle (tests/package/test_imports.py reads imports alone).
 
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from dsnn import CHANNELS, ModelEntry, Response, ResponseError, checked_response, model_entry
 from dsnn.frames import frozen
-from experiments.bench.run.errors import UsageError
-from experiments.bench.run.models import load_model
-from experiments.bench.run.user_code import declared, is_file
+from experiments.base.errors import UsageError
+from experiments.base.user_code import declared, is_file
+from experiments.settings.models import load_model
 
 
 class CheckedModel:

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
-from experiments.bench.report.style import BODY, LOOK, WIDTH, shades
+from experiments.draw.style import BODY, LOOK, WIDTH, shades
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3

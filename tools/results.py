@@ -29,18 +29,18 @@ from typing import Any
 
 import polars as pl
 
-from experiments.bench import registry
-from experiments.bench.report.page import SIGNS, totals
-from experiments.bench.reproduce import Scale, design, planned
-from experiments.bench.run import provenance
-from experiments.bench.run.description import read_description
-from experiments.bench.run.files import read_parquet
-from experiments.bench.run.provenance import UNREPEATABLE
-from experiments.bench.stats import stored
-from experiments.bench.stats.claim import PAPER, claim_ids, texts
-from experiments.bench.stats.count import Count, count_of
-from experiments.bench.stats.verdict import Verdict
-from experiments.studies.robot import EYES, FIDELITY, WHEELS
+from experiments.base.files import read_parquet
+from experiments.declare.claim import PAPER, claim_ids, texts
+from experiments.judge import stored
+from experiments.judge.count import Count, count_of
+from experiments.judge.verdict import Verdict
+from experiments.kinds import registry
+from experiments.paper.page import SIGNS, totals
+from experiments.paper.reproduce import Scale, design, planned
+from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
+from experiments.store import provenance
+from experiments.store.description import read_description
+from experiments.store.provenance import UNREPEATABLE
 
 ROOT = Path(__file__).parents[1]
 SOURCES, RESULTS = Path("docs") / "sources.json", Path("docs") / "results.json"
@@ -137,7 +137,7 @@ def differences(source: Mapping[str, Any]) -> dict[str, float | None]:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         line = [*shlex.split(source["command"]), "--out", str(out), "--workers", "0", "--quiet"]
-        with subprocess.Popen([sys.executable, "-P", "-m", "experiments.bench.cli", *line]) as process:
+        with subprocess.Popen([sys.executable, "-P", "-m", "experiments.cli", *line]) as process:
             while process.poll() is None and not any(out.rglob(FIRST)):
                 time.sleep(0.1)
             process.kill()

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from experiments.bench.cli import main
+from experiments.cli import main
 from tests.helpers.chapters import PAGES, blocks, called, chapter, headings
 
 __all__ = ["chapter"]

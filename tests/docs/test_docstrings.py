@@ -77,15 +77,15 @@ def test_what_chapters_import_is_public():
 # --- examples --------------------------------------------------------------------------------------------------------
 
 NOT_RUN = {
-    "experiments.run": "takes half a minute: tests/bench/test_api.py",
+    "experiments.run": "takes half a minute: tests/experiments/kinds/test_api.py",
     "experiments.load": "needs a run",
     "experiments.Run": "needs a run",
     "experiments.runs": "needs a folder of runs",
     "experiments.compare": "takes minutes",
     "experiments.watch": "needs a film",
     "experiments.score": "takes a minute",
-    "experiments.sweep": "takes a while: tests/bench/test_sweep.py",
-    "experiments.fit": "takes minutes: tests/bench/test_fit.py",
+    "experiments.sweep": "takes a while: tests/experiments/kinds/test_sweep.py",
+    "experiments.fit": "takes minutes: tests/experiments/kinds/test_fit.py",
 }
 """Name -> why its example is not run."""
 EXAMPLES = [name for name, thing in PUBLIC.items() if ">>>" in (inspect.getdoc(thing) or "")]

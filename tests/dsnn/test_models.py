@@ -1,4 +1,4 @@
-"""What every registered model keeps beside the laws of ``colias check``, which tests/bench/test_check.py tries."""
+"""What every registered model keeps beside the laws of ``colias check``, which ``test_check.py`` tries."""
 
 import dataclasses
 import json

@@ -29,9 +29,9 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench.cli import main
-from experiments.bench.run import workers
-from experiments.bench.sources.robot import forget_simulations
+from experiments.cli import main
+from experiments.show.robot import forget_simulations
+from experiments.store import workers
 from tests.helpers.envs import end_after
 
 ROOT = Path(__file__).parents[2]

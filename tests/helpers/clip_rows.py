@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from experiments.bench.sources import judge as judging
-from experiments.bench.sources.clips import TRIALS
-from experiments.bench.sources.judge import SIGNED
-from experiments.bench.stats.claim import POTENTIALS, find_claim
+from experiments.declare.claim import POTENTIALS, find_claim
+from experiments.judge import judge as judging
+from experiments.judge.judge import SIGNED
+from experiments.show.clips import TRIALS
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")
 WITHOUT = ("dsnn:dog=false", "dsnn:fdsr=false")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import polars as pl
 
-from experiments.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.bench.sources.episode_scores import verdicts
-from experiments.bench.sources.episodes import EPISODES
+from experiments.judge.scores import verdicts
+from experiments.paper.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
+from experiments.show.episodes import EPISODES
 
 
 def rows(hits, misses=0, *, metres=1.0, seconds=10.0, name="mine", env=AVOIDANCE, **values):

@@ -9,8 +9,8 @@ import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 
-from experiments.bench.report import robot as robot_figure
-from experiments.bench.sources.conditions import CONDITION_COLUMNS
+from experiments.declare.conditions import CONDITION_COLUMNS
+from experiments.draw import robot as robot_figure
 
 FRAMES = 12
 

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from experiments.bench.robot_side import qemu
+from experiments.robot import qemu
 
 TOOLS = {qemu.GCC: "gcc-arm-none-eabi", qemu.QEMU: "qemu-system-arm"}
 

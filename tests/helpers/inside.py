@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.bench.cli import entry
+from experiments.cli import entry
 
 
 def inside(folder: Path, arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:

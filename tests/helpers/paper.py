@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from experiments.bench.reproduce import replicates_plan
-from experiments.bench.sweep import EVERY_MODEL, read
+from experiments.kinds.sweep import EVERY_MODEL, read
+from experiments.paper.reproduce import replicates_plan
 
 
 def design(count=1, repeats=5, seed=0):

@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
-from experiments.bench.run.play import show, tabulate
-from experiments.bench.sources import recording
+from experiments.show import recording
+from experiments.show.play import show, tabulate
 
 
 class Played:

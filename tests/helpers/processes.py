@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-CLI = (sys.executable, "-m", "experiments.bench.cli")
+CLI = (sys.executable, "-m", "experiments.cli")
 
 
 def _mind_signals() -> None:

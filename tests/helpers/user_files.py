@@ -1,8 +1,8 @@
 """A model and an experiment of a user's own, as files."""
 
-from experiments.bench.report.templates import render
+from experiments.base.templates import render
 
-MODEL = render("new/model.py.j2", name="gradient", stem="my_model") + "\n"
+MODEL = render("cli/new/model.py.j2", name="gradient", stem="my_model") + "\n"
 """What ``colias new model`` writes, under another name than its file's."""
 EXPERIMENT = """
 from experiments import Experiment, Translation

@@ -120,5 +120,5 @@ def test_wings_import_one_way():
             assert LEVELS[theirs] < LEVELS[ours], f"{module} imports {other}"
     outside = [m for m in modules() if wing(m) is None]
     for module in outside:
-        cli = [other for other in imported(module) if wing(other) == "experiments.bench.cli"]
+        cli = [other for other in imported(module) if wing(other) == "experiments.cli"]
         assert not cli, f"{module} imports {cli}: only a declaration's tail may"

@@ -17,7 +17,7 @@ import pytest
 
 import experiments
 from dsnn import DSNN, DSNNParams
-from experiments.claims.robot import c15
+from experiments.paper.claims.robot import c15
 from tests.conftest import GOLDEN, ROOT
 from tests.helpers.browser import CHROMIUM, Tab, browser
 from tests.site import SITE

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from dsnn import DSNNParams
-from experiments.bench import registry
-from experiments.bench.sources.experiment import Experiment
+from experiments.declare.experiment import Experiment
+from experiments.kinds import registry
 from tests.helpers.chapters import check_options
 from tools.pages import playground
 

@@ -11,7 +11,7 @@ import typer
 
 from dsnn import CHANNELS, MODELS
 from dsnn.stimuli import STIMULI
-from experiments.bench.run.settings import described
+from experiments.settings.settings import described
 from tools.pages import commands
 from tools.pages.models import EQUATIONS
 

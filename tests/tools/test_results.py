@@ -8,11 +8,11 @@ import shutil
 
 import pytest
 
-from experiments.bench.reproduce import QUICK
-from experiments.bench.run.files import to_json
-from experiments.bench.stats.claim import claim_ids, find_claim
-from experiments.bench.stats.stored import document
-from experiments.bench.stats.verdict import Outcome
+from experiments.base.files import to_json
+from experiments.declare.claim import claim_ids, find_claim
+from experiments.judge.stored import document
+from experiments.judge.verdict import Outcome
+from experiments.paper.reproduce import QUICK
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
 from tools.results import CELLS, RESULTS, ROOT, SOURCES, places, read, renewed, write
@@ -50,7 +50,7 @@ def test_a_table_of_numbers_is_of_a_run_or_says_why_it_is_of_none():
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A run of two crossings, as its command leaves it in a clean checkout."""
-    from experiments.bench.cli.main import command
+    from experiments.cli.main import command
 
     folder = tmp_path_factory.mktemp("runs") / "fast"
     assert command([*COMMAND, "--out", str(folder), "--workers", "0", "--quiet"]) == 0

@@ -9,7 +9,7 @@ from typing import Any
 import typer
 from typer.testing import CliRunner
 
-from experiments.bench.cli.main import app
+from experiments.cli.main import app
 from tools.pages import markdown
 
 

@@ -12,7 +12,7 @@ import gymnasium as gym
 
 from colias_sim import envs
 from colias_sim.envs import ENVS, FACTORS
-from experiments.behaviours import BEHAVIOURS
+from experiments.paper.behaviours import BEHAVIOURS
 from tools.pages import markdown
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from experiments import NAMES, OFFLINE
-from experiments.bench import registry
+from experiments.kinds import registry
 from tools.pages import markdown
 
 

@@ -12,11 +12,11 @@ import polars as pl
 from numpydoc.docscrape import NumpyDocString
 
 from dsnn import MODELS, ModelEntry
-from experiments.bench.report import clips, style
-from experiments.bench.run.models import PRESET, choose, family
-from experiments.bench.run.play import Trial, play
-from experiments.bench.run.settings import assignments
-from experiments.bench.sources.clips import Clip, ClipFigure
+from experiments.draw import clips, style
+from experiments.settings.models import PRESET, choose, family
+from experiments.settings.settings import assignments
+from experiments.show.clips import Clip, ClipFigure
+from experiments.show.play import Trial, play
 from tools.pages import markdown
 from tools.pages.markdown import sentence, table
 

@@ -29,10 +29,10 @@ import experiments
 from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
-from experiments.bench.report.recordings import pictures
-from experiments.bench.stats.checks import MARGIN
-from experiments.bench.stats.claim import texts
-from experiments.claims.robot import PAIRS
+from experiments.declare.checks import MARGIN
+from experiments.declare.claim import texts
+from experiments.paper.claims.robot import PAIRS
+from experiments.store.recordings import pictures
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ROOT / "tools" / "playground"

@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from dsnn.stimuli import SCENES, contrasts, scene, spectrum_slope, stimulus
-from experiments.bench.report import style
+from experiments.draw import style
 from tools.pages import markdown
 
 SHAPE, SEEDS = (180, 540), range(1, 9)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dsnn.stimuli import STIMULI, StimulusEntry
-from experiments.bench.report import style
+from experiments.draw import style
 from tools.pages import markdown
 
 SHOWN = 5

@@ -1,0 +1,110 @@
+"""Write files whole or not at all: each is written as NAME.part, then renamed."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import datetime
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, count
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from dsnn.stimuli import StimulusEntry
+from experiments.declare.claim import Claim
+
+NAME = "run.json"
+"""The file that describes a run."""
+
+
+def new_folder(name: str) -> Path:
+    """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
+    first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
+    further = (first.with_name(f"{first.name}-{number}") for number in count(2))  # of a run begun in the same second
+    return next(path for path in chain([first], further) if not path.exists())
+
+
+def part(place: Path) -> Path:
+    """Return where a file is written until it is whole: NAME.part in the same folder."""
+    return place.with_name(f"{place.name}.part")
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Write a file so that it has its name when it is whole, or not at all.
+
+    Yields
+    ------
+    Path
+        The part, NAME.part in the same folder. The caller writes it; after an error it is removed.
+    """
+    partial = part(path)
+    try:
+        yield partial
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def read_parquet(path: Path | list[Path], columns: list[str] | None = None) -> pl.DataFrame:
+    """Read Parquet files of one schema, or some columns of them; ``*`` and ``a=1`` in a path are names like others."""
+    return pl.read_parquet(path, columns=columns, glob=False, hive_partitioning=False)
+
+
+def to_json(value: Any) -> str:
+    """Return indented JSON; dataclasses become objects."""
+    return json.dumps(value, indent=2, default=plain) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """Turn what JSON does not know into what it does: dataclasses into objects, a claim into words, others to text."""
+    if isinstance(value, Claim):
+        return {"id": value.id, "says": value.says, "source": value.source}
+    if isinstance(value, StimulusEntry):
+        return value.name
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        # A field that makes no two values differ is no parameter; one that came later may be left out where it is not
+        # set, so that what was declared before it reads as it did.
+        return {
+            field.name: getattr(value, field.name)
+            for field in dataclasses.fields(value)
+            if field.compare and (getattr(value, field.name) or not field.metadata.get("where_set"))
+        }
+    return str(value)
+
+
+class Files:
+    """The files of a folder. Every method raises ``OSError`` where the folder cannot be written."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file in the folder."""
+        return self.folder / name
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a text file."""
+        self.write_bytes(self.path(name), text.encode())
+
+    def write_json(self, name: str, value: Any) -> None:
+        """Write a JSON file, indented for reading; dataclasses become objects."""
+        self.write_text(name, to_json(value))
+
+    def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
+        """Write rows as CSV."""
+        with replacing(self.path(name)) as partial:
+            pl.DataFrame(rows, infer_schema_length=None).write_csv(partial)
+
+    def write_table(self, path: Path, table: pl.DataFrame) -> None:
+        """Write a table as Parquet at ``path``, in the folder or below it."""
+        with replacing(path) as partial:
+            table.write_parquet(partial)
+
+    def write_bytes(self, path: Path, data: bytes) -> None:
+        """Write a file at ``path``, in the folder or below it."""
+        with replacing(path) as partial:
+            partial.write_bytes(data)

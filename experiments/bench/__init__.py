@@ -1,1 +1,0 @@
-"""The machinery that experiments share: trials, recordings, tables, statistics, figures and the command line."""

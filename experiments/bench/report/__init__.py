@@ -1,1 +1,0 @@
-"""Figures over tables, one file a kind, in one style."""

@@ -1,1 +1,0 @@
-"""Core of every kind of run: models, settings, users' files, random numbers, errors."""

@@ -1,1 +1,0 @@
-"""Sources of frames: what models are shown, and what is true of it."""

@@ -1,1 +1,0 @@
-"""Statistics and verdicts: tests, intervals, checks, claims, and the count of their verdicts over replicates."""

@@ -1,0 +1,5 @@
+"""``python -m experiments.cli``: the command line, as ``colias`` is."""
+
+from experiments.cli import entry
+
+entry.main()

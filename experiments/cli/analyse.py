@@ -1,0 +1,240 @@
+"""The commands that analyse: ``colias reproduce``, ``sweep``, ``fit``, ``leaderboard`` and ``tune``.
+
+Heavy imports happen when they run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from experiments.cli import options
+
+if TYPE_CHECKING:
+    from experiments.store.workers import Workers
+
+MODEL_CLAIMS = "model-claims"
+"""The study of the claims of the looming models' own papers."""
+Claims = Annotated[
+    str | None, typer.Option(metavar="C13,C19", help="Claims; otherwise all that are declared about the model.")
+]
+
+
+def reproduce(
+    quick: Annotated[bool, typer.Option("--quick", help="A taste: two short replicates, nothing moved.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="40 replicates with the robot and 20 of clips, not 5.")] = False,
+    robot_only: Annotated[bool, typer.Option("--robot-only", help="The paper's trials with the robot alone.")] = False,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    model: options.Models = None,
+    experiment: Annotated[list[str] | None, typer.Option(help="An experiment to add: a name or a .py file.")] = None,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Run replicates of the paper's experiments, and one with each thing moved; write one page about it.
+
+    A replicate is the paper's own design at one seed: ten repeats of each condition. Each claim is judged in each.
+    The models are dsnn and dsn2017, with looming detectors where a claim is about them. The reflexes of colias behave
+    are played too. Verdicts are in claims.json and behaviours.json, the page is report.html. The exit status is 0
+    whatever the verdicts are, and 1 if trials failed.
+    """
+    from experiments.base.console import show_files, show_verdicts
+    from experiments.paper import page
+    from experiments.paper import reproduce as whole
+
+    pool = options.pool(workers, cluster, quiet)
+    scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
+    plans = whole.planned(scale, seed, (*whole.MORE_MODELS, *(model or ())), experiment or (), robot_only)
+    folder = options.results_folder(out, "reproduce")
+    verdicts, failures = whole.reproduce(folder, scale, seed, plans, pool)
+    page.write(folder)
+    if not quiet:
+        show_verdicts(verdicts)
+        show_files(folder, "reproduction")
+    return options.EXIT_FAILED if failures else 0
+
+
+def sweep(
+    experiment: Annotated[
+        str,
+        typer.Argument(metavar="EXPERIMENT|STUDY", help="Experiments, joined by commas; or a study."),
+    ],
+    over: options.Over = None,
+    claims: Claims = None,
+    measure: Annotated[
+        str | None, typer.Option(metavar="NAME,NAME", help="spikes, peak-speed-potential, peak-speed-count, peak-hs.")
+    ] = None,
+    repeats: options.Repeats = None,
+    replicates: options.Replicates = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    model: options.Models = None,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Run replicates of experiments at every point of a grid, and count in how many each claim holds.
+
+    A replicate has all conditions, or clips, at one seed; replicate k has the seed --seed + k. Writes the trials,
+    outcomes.csv (a row per point, model, claim and replicate), counts.csv, NAME.json and a figure. The exit status is
+    0 whatever the counts are, and 1 if trials failed.
+    """
+    from experiments.base.console import print_troubles
+    from experiments.declare.study import typed
+    from experiments.draw.sweep import show
+    from experiments.kinds import sweep as sweeps
+    from experiments.kinds.sweep_plan import planned
+
+    pool = options.pool(workers, cluster, quiet)
+    if experiment == MODEL_CLAIMS:
+        return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, pool)
+    study = typed(
+        experiment, over or (), claims=_names(claims), measures=_names(measure), models=model, assignments=assignments,
+        repeats=repeats, replicates=replicates,
+    )  # fmt: skip
+    plan = planned(study, seed)
+    folder = options.results_folder(out, study.name)
+    result = sweeps.run(plan, folder, pool)
+    if not quiet:
+        show(result, folder)
+    broken = print_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
+    return options.EXIT_FAILED if result.failures or broken else 0
+
+
+def _names(text: str | None) -> list[str] | None:
+    return None if text is None else [name for name in text.split(",") if name]
+
+
+def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> int:
+    """Judge the claims of models' own papers, and show them."""
+    from experiments.base.console import count, show_files, show_verdicts
+    from experiments.paper.reproduce import judge_models
+
+    verdicts, failures = judge_models(folder, names, seed, pool)
+    if not pool.quiet:
+        show_verdicts(verdicts, model=True)
+        show_files(folder, count(len(verdicts), "claim"))
+    return options.EXIT_FAILED if failures else 0
+
+
+def fit(
+    experiment: Annotated[str, typer.Argument(help="Experiments, joined by commas; or a fit that ships.")],
+    over: options.Over = None,
+    claims: Claims = None,
+    trials: Annotated[
+        int | None, typer.Option(min=1, help="Settings to search, in whole batches of twice --share; otherwise 400.")
+    ] = None,
+    share: Annotated[int | None, typer.Option(min=1, help="Settings that share a rendering; otherwise 10.")] = None,
+    sample: Annotated[int | None, typer.Option(min=1, help="Settings that fill the box evenly; otherwise 64.")] = None,
+    held_out: Annotated[int | None, typer.Option(min=1, help="Replicates that judge the best; otherwise 20.")] = None,
+    repeats: Annotated[int | None, typer.Option(min=1, help="Trials of each condition in search and sample.")] = None,
+    replicates: options.Replicates = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    model: Annotated[str | None, typer.Option(metavar="MODEL", help="The model, otherwise dsnn.")] = None,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Search a box of parameters for settings under which all claims hold together.
+
+    The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
+    The share of the box in which all holds comes from settings that fill it evenly. Needs Optuna: the extra [fit].
+    Writes fit.csv, anew.csv, fit.json and a figure. With the same --out it resumes, also to more --trials.
+    """
+    from experiments.base.errors import UsageError
+    from experiments.declare.study import Fit, shipped, typed
+    from experiments.draw import fit as report
+    from experiments.kinds import fit as fits
+    from experiments.paper.studies import FITS
+
+    numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
+                               "search_repeats": repeats}  # fmt: skip
+    given = {name: value for name, value in numbers.items() if value is not None}
+    if experiment in FITS:
+        if over or claims or assignments or model or replicates:
+            raise UsageError(f"{experiment}: its box, claims, model, settings and replicates are in its file")
+        asked = dataclasses.replace(shipped(experiment), **given)
+    else:
+        name = f"fit-{'-'.join(Path(name).stem for name in experiment.split(','))}"
+        study = typed(experiment, name=name, claims=_names(claims), models=model and [model], assignments=assignments,
+                      replicates=replicates)  # fmt: skip
+        asked = Fit(study, tuple(over or ()), **given)
+    folder = options.results_folder(out, asked.study.name)
+    run = fits.run(asked, seed, folder, options.pool(workers, cluster, quiet))
+    if not quiet:
+        report.show(run)
+    return options.EXIT_FAILED if run.failures.height else 0
+
+
+def leaderboard(
+    model: options.Models = None,
+    only: options.Only = False,
+    repeats: options.Repeats = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
+
+    Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
+    95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
+    """
+    from experiments.base.console import count, out_console, show_files
+    from experiments.draw import scoreboard
+    from experiments.kinds import board
+    from experiments.settings.models import COMPARED, shown_models
+
+    planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
+    folder = options.results_folder(out, "leaderboard")
+    boards, failures = board.run(planned, folder, options.pool(workers, cluster, quiet))
+    if not quiet:
+        for name, table in boards.items():
+            scoreboard.show(table, board.measures(table), f"Ranked by {name}")
+            out_console.print(f"{board.NOTE} Empty: does not apply, or no response.")
+        show_files(folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
+    return options.EXIT_FAILED if failures else 0
+
+
+def tune(
+    model: options.Models = None,
+    only: options.Only = False,
+    curve: Annotated[
+        list[str] | None, typer.Option(help="speed, size, contrast, frequency, direction, l-over-v or disc.")
+    ] = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    assignments: options.Assignments = None,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Show every model objects and gratings at every speed, size, contrast, frequency and direction.
+
+    A direction model's response is the mean of (hs, vs), projected on the direction of the motion, over the second
+    half of the moving frames; a looming detector's is its peak above rest, also to approaches at six ratios l/v. A
+    preference within the noise of its measure is reported as not defined. Writes a figure for each curve, tuning.csv
+    and preferences.csv. The models are those registered, but dsnn-reference.
+    """
+    from experiments.base.console import count, show_files
+    from experiments.draw import tuning
+    from experiments.kinds import tuning as curves
+    from experiments.settings.models import COMPARED, shown_models
+
+    models = shown_models(COMPARED, model, only)
+    shown = curves.plan(models, curve or (), assignments or (), seed)
+    folder, pool = options.results_folder(out, "tune"), options.pool(workers, cluster, quiet)
+    with pool.running(rendering=False):
+        _, preferences, failures = curves.run(shown, folder, pool)
+    if not quiet:
+        tuning.show(preferences)
+        show_files(folder, count(len(models), "model"))
+    return options.EXIT_FAILED if failures else 0

@@ -1,0 +1,89 @@
+"""Begin and end of every command. Needs the standard library alone until Ctrl-C is seen to."""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import os
+import re
+import sys
+
+from experiments.base import interrupts
+
+EXIT_USAGE = 2
+EXIT_CLOSED = 141
+"""The status of a program that SIGPIPE ends: nobody reads its output on."""
+ERROR = "error:"
+
+
+def begin() -> None:
+    """See to Ctrl-C and threads, before anything is imported that minds them."""
+    interrupts.begin()
+    atexit.register(interrupts.end)  # the first registered, so the last to run
+    # The interpreter would look through all the libraries for garbage, twice, before it ends: 0.2 s of every command.
+    atexit.register(gc.freeze)
+    # All of this runs BLAS on one thread.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def main() -> None:
+    """Entry point of ``colias``."""
+    begin()
+    run()
+
+
+def run() -> None:
+    """Do what ``sys.argv`` asks for. A wrong use or a missing library ends in one line on stderr, and status 2."""
+    status, message = _outcome()
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python would try once more, and complain
+        status = status or EXIT_CLOSED
+    if message:
+        text = _with_tip(message)
+        if sys.stderr.isatty() and "NO_COLOR" not in os.environ:
+            text = text.replace(ERROR, f"\x1b[31m{ERROR}\x1b[0m", 1)
+        print(text, file=sys.stderr, flush=True)
+    sys.exit(status)
+
+
+def _with_tip(message: str) -> str:
+    """Return a message with the known name that was meant in a line of its own."""
+    if not message.startswith(ERROR) or not (meant := re.search(r"nearest: ([^;)]+)", message)):
+        return message
+    rest = re.sub(r" \(nearest: [^;)]+\)|nearest: [^;)]+; ", "", message)
+    return f"{rest}\ntip: did you mean '{meant[1]}'?"
+
+
+def _outcome() -> tuple[int, str]:
+    """Do what the command line asks for: the exit status, and a last text for stderr. A defect shows its traceback."""
+    try:
+        from experiments.cli import main as cli_main
+
+        status = cli_main.command(sys.argv[1:] or ["--help"])
+        return status, interrupts.MESSAGE if status == interrupts.STATUS else ""
+    except BrokenPipeError:
+        return EXIT_CLOSED, ""
+    except SystemExit as error:  # Rich and Typer end the process so where nobody reads on
+        if isinstance(error.__context__, BrokenPipeError):
+            return EXIT_CLOSED, ""
+        raise
+    except Exception as error:
+        user_code = sys.modules.get("experiments.base.user_code")  # without it no user's file was run
+        if user_code and user_code.of_users(error):
+            return EXIT_USAGE, user_code.traced(error)
+        if line := _line(error):
+            return EXIT_USAGE, f"{ERROR} {line}"
+        raise
+
+
+def _line(error: Exception) -> str:
+    """Return an error in one line where that tells a user what to do; empty for a defect."""
+    if isinstance(error, ImportError):  # a missing OpenGL too
+        return f"a library does not load: {error}; colias doctor names what is missing"
+    if isinstance(error, OSError):
+        return f"{error.filename}: {error.strerror}" if error.filename else str(error)
+    from experiments.base.errors import TrialError, UsageError
+
+    return str(error) if isinstance(error, UsageError | TrialError) else ""

@@ -1,0 +1,87 @@
+"""Options that several commands share, and the folder and the workers of a run that they ask for."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from experiments.base.errors import UsageError
+
+if TYPE_CHECKING:
+    from experiments.store.workers import Workers as Pool
+
+EXIT_FAILED = 1
+"""Exit status of a command some of whose jobs failed."""
+
+
+Assignments = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Set a parameter (colias list parameters).")
+]
+Cluster = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, tcp://HOST:PORT.")]
+Models = Annotated[
+    list[str] | None,
+    typer.Option("--model", metavar="MODEL", help="A model: a name, NAME:PARAM=VALUE or a .py file. Repeatable."),
+]
+Over = Annotated[
+    list[str] | None,
+    typer.Option(metavar="KEY=V1,V2", help="Move a parameter over these values; of a fit also KEY=A..B. Repeatable."),
+]
+Only = Annotated[bool, typer.Option("--only", help="Show the models of --model alone.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(metavar="FOLDER", help="Folder of results, or of a run to resume; otherwise runs/NAME-TIME."),
+]
+OwnPictures = Annotated[
+    Path | None,
+    typer.Option("--pictures", metavar="FOLDER", help="Pictures behind objects of clips, and on the arena's wall."),
+]
+Jitter = Annotated[float, typer.Option(metavar="PX", help="Standard deviation of a trembling camera's shifts, px.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
+Recordings = Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")]
+Repeats = Annotated[int | None, typer.Option(metavar="N", help="Trials of each condition.")]
+Replicates = Annotated[int | None, typer.Option(metavar="N", help="Replicates, each with a seed of its own.")]
+Seed = Annotated[int, typer.Option(help="Seed of the run.")]
+Size = Annotated[str | None, typer.Option(metavar="WxH", help="Width and height, px.")]
+Trial = Annotated[
+    int | None, typer.Option(metavar="N", help="Its number in trials.parquet; otherwise the first recorded.")
+]
+Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Otherwise one a core.")]
+
+
+def pool(workers: int | None, cluster: str | None, quiet: bool) -> Pool:
+    """Return the workers that these options ask for."""
+    from experiments.store.workers import Workers as Pool
+
+    return Pool(workers, cluster, quiet=quiet)
+
+
+def width_height(size: str | None) -> tuple[int, int] | None:
+    """Return the numbers of a text such as 320x180; ``None`` where none is given."""
+
+    shape = re.fullmatch(r"(\d{1,5})x(\d{1,5})", size or "")
+    if size is not None and shape is None:
+        raise UsageError(f"--size must be WIDTHxHEIGHT, for example 320x180, got {size}")
+    return (int(shape[1]), int(shape[2])) if shape else None
+
+
+def typed(context: typer.Context) -> set[str]:
+    """Return the names of the parameters that the command line gives."""
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    return {name for name, source in sources.items() if source and source.name == "COMMANDLINE"}
+
+
+def check_new(folder: Path) -> None:
+    """Raise `UsageError` for a folder that is there and not empty."""
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{folder} must be a new or an empty folder")
+
+
+def results_folder(out: Path | None, name: str) -> Path:
+    """Return the folder asked for, or the path of a new one under ``runs``."""
+    from experiments.base.files import new_folder
+
+    return new_folder(name) if out is None else out

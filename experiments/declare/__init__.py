@@ -1,0 +1,1 @@
+"""What users write: experiments, clips, behaviours, claims, studies."""

@@ -1,0 +1,207 @@
+"""Declared sweeps and fits: claims and measures over a grid with names, or over a box, in a file of their own."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from experiments.base.errors import UsageError, check_known, check_name
+from experiments.base.user_code import declared, declares, is_file
+from experiments.declare.claim import Claim
+from experiments.paper.studies import FITS, STUDIES
+from experiments.settings.grid import Levels
+from experiments.settings.models import named_model
+
+TOGETHER = "all"
+"""Id of all claims of a grid, or a fit, together, where there are several."""
+WHOLE = 10
+"""Trials of each condition in a whole replicate, as in the paper."""
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A sweep that is written down: claims and measures at every point of a grid, in replicates.
+
+    A study that ships is a file of `experiments.paper.studies` that defines ``STUDY``; a user's own file does the same.
+
+    Parameters
+    ----------
+    name
+        Letters, digits, ``-`` and ``_``: its files are called so.
+    summary
+        A line for ``colias list`` and the report.
+    claims
+        Ids of claims, or claims. Without claims and measures: all that the experiments declare about a model of
+        ``models``, and without those the mean number of spikes in each condition.
+    measures
+        Names of `experiments.judge.measures.MEASURES`.
+    experiments
+        Names or files, of one kind; a claim is judged on the first that declares it. Without: for each claim the
+        paper's experiment that answers for it.
+    axes
+        Name of an axis -> its levels, each with the ``KEY=VALUE`` texts that make it.
+    over
+        Further axes, as ``KEY=V1,V2`` texts.
+    models
+        The models judged, one by one, at every point; as ``--model`` takes them. Empty: each claim is judged on the
+        models that it is about, which see the same trials.
+    only
+        Level -> the models judged there, where these are not all.
+    assignments
+        ``KEY=VALUE`` texts that hold at every point.
+    repeats
+        Trials of each condition in a replicate; ``None``: the experiment's own number. Clips have none.
+    replicates
+        Number of replicates; replicate k has the seed of the sweep plus k.
+    claim_at
+        Makes the claim that is judged at a point, from the claim and the point's levels by axis. The points are then
+        read off one run of the off-line experiment, with its own models and the first of ``models``.
+    probe
+        A function from what a trial with the robot showed (`experiments.show.play.Showing` of each eye) to further
+        columns of each model's row, by label; and the types of these columns. It is pickled, so it is a function of a
+        module.
+    tables
+        Makes further tables, a list of rows by title, from the `experiments.kinds.sweep.Sweep`.
+    file
+        The .py file that declares it, which ``colias sweep`` fills in.
+
+    Raises
+    ------
+    UsageError
+        The name is invalid, or a text stands where several belong.
+
+    Examples
+    --------
+    >>> from experiments import Study
+    >>> light = {"as it is": (), "dim": ("scene.light=0.7",)}
+    >>> Study("dim", "C13 and C14 in less light", claims=("C13", "C14"), axes={"light": light}, replicates=5).models
+    ('dsnn',)
+    """
+
+    name: str
+    summary: str
+    claims: tuple[str | Claim, ...] = ()
+    measures: tuple[str, ...] = ()
+    experiments: tuple[str, ...] = ()
+    axes: Mapping[str, Levels] = field(default_factory=dict)
+    over: tuple[str, ...] = ()
+    models: tuple[str, ...] = ("dsnn",)
+    only: Levels = field(default_factory=dict)
+    assignments: tuple[str, ...] = ()
+    repeats: int | None = WHOLE
+    replicates: int = 20
+    claim_at: Callable[[Claim, Mapping[str, str]], Claim] | None = None
+    probe: tuple[Callable[[Any], Mapping[str, Mapping[str, Any]]], Mapping[str, Any]] | None = None
+    tables: Callable[[Any], Mapping[str, list[dict[str, Any]]]] | None = None
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        check_name("study", self.name)
+        make_tuples(self, f"study {self.name}", ("claims", "measures", "experiments", "over", "models", "assignments"))
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A search for the parameters under which all claims of a study hold.
+
+    Parameters
+    ----------
+    study
+        Claims, experiments, one model, what holds at every point, and the replicates that each setting is searched by.
+        It has neither axes nor measures.
+    over
+        The box: ``KEY=A..B`` or ``KEY=V1,V2`` texts, one for each parameter, or for several of one value with ``+``
+        between their keys. A range of positive numbers whose ends are 100 times apart is searched by its logarithm.
+    trials
+        Settings that are searched, rounded up to whole batches of twice ``share``.
+    share
+        Settings of the network that are shown the frames of one rendering.
+    sample
+        Settings of the space-filling sample, each with a rendering of its own.
+    held_out
+        Replicates in which the winner and the ten next best are judged anew.
+    search_repeats
+        Trials of each condition in a replicate of search and sample; ``None``: those of the study, which the judging
+        anew always has. Fewer make a search quicker, and its slack rougher.
+
+    Raises
+    ------
+    UsageError
+        The study has axes, measures or several models.
+
+    Examples
+    --------
+    >>> from experiments import Fit, Study
+    >>> speed = Study("threshold", "C15 at some threshold", claims=("C15",), replicates=1)
+    >>> Fit(speed, over=("dsnn.t_sp=0.05..0.3",), trials=60).sample
+    64
+    """
+
+    study: Study
+    over: tuple[str, ...]
+    trials: int = 400
+    share: int = 10
+    sample: int = 64
+    held_out: int = 20
+    search_repeats: int | None = None
+
+    def __post_init__(self) -> None:
+        make_tuples(self, f"fit {self.study.name}", ("over",))
+        study = self.study
+        if study.axes or study.over or study.measures or study.claim_at or len(study.models) != 1:
+            raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
+
+
+def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
+    """Make tuples of the sequences in some fields of a frozen declaration; `UsageError` for a text there."""
+    for name in fields:
+        values = getattr(declaration, name)
+        if isinstance(values, str):
+            raise UsageError(f"{where}: {name} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
+        object.__setattr__(declaration, name, tuple(values))
+
+
+def shipped(name: str) -> Any:
+    """Return the study or the fit that ships under a name; `UsageError` where there is none."""
+    check_known("study or fit", name, STUDIES | FITS)
+    module, _, variable = (STUDIES | FITS)[name].partition(".")
+    return getattr(importlib.import_module(f"experiments.paper.studies.{module}"), variable)
+
+
+def called(name: str) -> Study | None:
+    """Return the study that ships under a name, or that a user's file declares as ``STUDY``; ``None`` without one.
+
+    Files of models and experiments are looked for beside the user's file.
+    """
+    if "," in name or not is_file(name):
+        return shipped(name) if name in STUDIES else None
+    path = Path(name)
+    if not declares(path, "STUDY"):
+        return None
+    study: Study = declared(path, "STUDY", Study)
+    models = tuple(named_model(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
+    folder = path.resolve().parent
+    experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
+    return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))
+
+
+def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
+    """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
+
+    ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
+    """
+    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
+    if study is None:
+        assert isinstance(experiment, str)
+        names = tuple(name for name in experiment.split(",") if name)
+        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
+        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
+    asked = {name: value for name, value in given.items() if value is not None}
+    if over and isinstance(experiment, Study):
+        asked["over"] = tuple(over)
+    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
+    return dataclasses.replace(study, **asked)

@@ -1,0 +1,126 @@
+"""Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import polars as pl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
+
+from colias_sim.envs import ENVS, RETURN
+from colias_sim.envs.measures import FREE_DISTANCE
+from experiments.base.console import count
+from experiments.draw import scoreboard, style
+from experiments.judge.scores import summary as summarise
+from scenes import ARENA_RADIUS_CM
+
+ACROSS, MOST_ACROSS = 4, 6
+"""Paths side by side, and the most where they would not fit on a page."""
+ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
+"""Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
+SYMBOLS = "Large dots and bars: values with 95 % intervals; strokes: single episodes."
+WAYS = (
+    "Paths from above (cm), the first episode's in bold: circle, start; cross, end by a collision. Every episode has"
+    " another world, equal for all behaviours."
+)
+
+
+def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
+    """Draw a row for each behaviour and a panel for each measure; below, where each of them drove.
+
+    Parameters
+    ----------
+    trials, frames
+        The run's tables of episodes and of their frames.
+    caption
+        What was run.
+    """
+    env = ENVS[trials["env"][0]]
+    summary = summarise(trials, trials["env"][0], "")
+    names = summary["behaviour"].unique(maintain_order=True).to_list()
+    colours = style.colours(names)
+    across = ACROSS if len(names) <= 2 * ACROSS else MOST_ACROSS
+    down = math.ceil(len(names) / across) if env.draws_paths else 0
+    low = down * style.WIDTH / across
+    high = AROUND + len(names) * min(ROW, max(LEAST_ROW, (style.PAGE - low - AROUND) / len(names)))
+    with style.look():
+        figure = Figure((style.WIDTH, min(high + low, style.PAGE)), layout="constrained")
+        above: Any = figure
+        if env.draws_paths:
+            parts: Any = figure.subfigures(2, 1, height_ratios=[high, low])
+            above, below = parts
+            for axes, name in zip(style.grid(below, len(names), across, sharex=True, sharey=True), names, strict=True):
+                axes.set_title(style.wrapped(name, style.WIDTH / across - 0.2), fontsize=style.SMALL)
+                _ways(axes, trials.filter(model=name), frames, colours[name])
+        _measures(above, summary, trials, colours)
+        style.headline(above, finding(summary))
+        style.caption(figure, " ".join(filter(None, [caption, SYMBOLS, env.note, WAYS if env.draws_paths else ""])))
+    return figure
+
+
+def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> str:
+    """Return what was played, in words."""
+    changed = "".join(f", {name}={value}" for name, value in options.items())
+    return f"{env.partition('/')[2]}{changed}, {count(episodes, 'episode')} each from seed {seed}."
+
+
+def finding(summary: pl.DataFrame) -> str:
+    """Return which behaviours may have the highest return, as far as the 95 % intervals tell."""
+    returns = summary.filter(measure=RETURN).sort("value", descending=True, maintain_order=True)
+    env, names = summary["env"][0].partition("/")[2], returns["behaviour"].to_list()
+    if len(names) == 1 or returns["ci_low"].null_count():
+        return f"{env}: return by behaviour"
+    alike = [name for name, high in returns.select("behaviour", "ci_high").rows() if high >= returns["ci_low"][0]]
+    if len(alike) > max(2, len(names) // 2):
+        return f"{env}: no behaviour's return stands out"
+    return f"{env}: {' or '.join(alike)} has the highest return of {len(names)} behaviours"
+
+
+def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame, colours: Mapping[str, str]) -> None:
+    """Draw a panel for each of the env's measures; a free distance is the reciprocal of a rate."""
+    names, env = list(colours), ENVS[trials["env"][0]]
+    rates = [measure for measure in env.collisions if measure != FREE_DISTANCE]
+    columns = {**env.measures, **dict.fromkeys(rates), RETURN: "reward"}
+    panels = part.subplots(1, len(columns), squeeze=False, sharey=True)[0]
+    for axes, (measure, column) in zip(panels, columns.items(), strict=True):
+        axes.set_title(style.wrapped(measure, style.WIDTH / len(columns) - 0.5), fontsize=style.BODY)
+        if column:
+            for model, value in trials.select("model", column).drop_nulls().iter_rows():
+                axes.plot(value, names.index(model), "|", color=colours[model], alpha=0.5, ms=7.0, mew=0.6)
+        for row in summary.filter(measure=measure).drop_nulls("value").partition_by("behaviour"):
+            name = row["behaviour"][0]
+            style.intervals(axes, row, [names.index(name)], ("value", "ci_low", "ci_high"), ms=4.0, color=colours[name],
+                            elinewidth=1.4)  # fmt: skip
+        axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+        axes.grid(axis="y", lw=0.3)
+    panels[0].set_yticks(range(len(names)), names)
+    panels[0].set_ylim(len(names) - 0.5, -0.5)
+
+
+def _ways(axes: Axes, trials: pl.DataFrame, frames: pl.DataFrame, tint: str) -> None:
+    """Draw every episode's path from above, the first on top; a cross where one ended by touching something."""
+    axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color=style.GREY, lw=1.0))
+    for trial, repeat, touched in trials.select("trial", "repeat", "touched").reverse().iter_rows():
+        way = frames.filter(trial=trial)
+        axes.plot(way["x_cm"], way["y_cm"], lw=0.6 if repeat else 1.5, alpha=0.5 if repeat else 1.0, color=tint)
+        axes.plot(way["x_cm"][0], way["y_cm"][0], "o", ms=3.5, mfc="white", mec=tint, mew=0.9, zorder=4)
+        if touched:
+            axes.plot(way["x_cm"][-1], way["y_cm"][-1], "x", color=style.INK, ms=5, mew=1.4, zorder=5)
+    reach = ARENA_RADIUS_CM + 2.0
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xticks=[-40, 0, 40], yticks=[-40, 0, 40])
+
+
+def show(summary: pl.DataFrame, title: str) -> None:
+    """Print a row for each behaviour: its measures, with their intervals below them."""
+    rows: dict[str, dict[str, Any]] = {}
+    for row in summary.iter_rows(named=True):
+        name = row["measure"]
+        values = {name: row["value"], f"{name}_low": row["ci_low"], f"{name}_high": row["ci_high"]}
+        rows.setdefault(row["behaviour"], {"model": row["behaviour"]}).update(values)
+    measures = summary["measure"].unique(maintain_order=True).to_list()
+    scoreboard.show(pl.DataFrame(list(rows.values()), infer_schema_length=None), measures, title)

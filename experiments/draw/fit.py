@@ -1,0 +1,49 @@
+"""Fits as figures and on the terminal: the least slack over each parameter, and the best settings judged again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import polars as pl
+from matplotlib.figure import Figure
+
+from experiments.base import console as terminal
+from experiments.draw import style
+
+
+def draw(run: Any) -> Figure:
+    """Draw a fit, an `experiments.Run`: a panel for each parameter, and one for the settings judged again."""
+    shares, settings = run.fitted["importance"], run.summary
+    keys = sorted(run.fitted["winner"], key=lambda key: -shares.get(key, 0.0))[:5]
+    anew = run.anew.filter(name=run.anew["name"][0]).reverse().with_row_index("place")
+    anew = anew.with_columns(value=pl.col("satisfied") / pl.col("replicates"))
+    with style.look():
+        figure = Figure((style.WIDTH, 2.2 * (1 + len(keys) // 3) + 0.9), layout="constrained")
+        *panels, again = style.grid(figure, len(keys) + 1, 3)
+        for panel, key in zip(panels, keys, strict=True):
+            texts = settings[key].cast(pl.String)
+            numbers = texts.cast(pl.Float64, strict=False)
+            for of, mark in (("search", "o"), ("sample", "s")):
+                own = settings["of"] == of
+                x = (texts if numbers.null_count() else numbers).filter(own).to_list()
+                panel.plot(x, settings["least slack"].filter(own), mark, ms=2.5, alpha=0.6, label=of)
+            panel.set_xlabel(f"{key} ({shares.get(key, 0.0):.0%})")
+        panels[0].set_ylabel("least slack")
+        panels[0].legend(fontsize=style.SMALL, frameon=False)
+        style.intervals(again, anew, anew["place"], ("value", "low", "high"), ms=4, color=style.INK)
+        again.set_yticks(anew["place"], [f"no. {number}" for number in anew["number"]])
+        again.set_xlim(-0.02, 1.02)
+        again.set_xlabel("share that keeps every claim")
+        style.headline(figure, run.fitted["sentences"][0])
+        style.caption(figure, "In brackets: how much of the slack a parameter decides (PED-ANOVA). Last panel: the best"
+                              " settings on fresh seeds; whiskers: 95 % interval.")  # fmt: skip
+    return figure
+
+
+def show(run: Any) -> None:
+    """Print the result, the settings judged again, and where everything is."""
+    for line in run.fitted["sentences"]:
+        terminal.out_console.print(line)
+    terminal.show(run.anew.filter(name=run.anew["name"][0]), "judged again (anew.csv has each claim)")
+    files = {"figure": "fit.png", "settings": "fit.csv", "anew": "anew.csv"}
+    terminal.show_places({name: run.folder / file for name, file in files.items()})

@@ -1,0 +1,168 @@
+"""Sweeps as figures, a curve over one axis or a map over two, and on the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from experiments.base import console as terminal
+from experiments.declare.study import TOGETHER
+from experiments.draw import style
+from experiments.judge.count import count_of
+from experiments.settings.grid import values_of
+
+SHARES = LinearSegmentedColormap.from_list("held", (style.HUES[1], "#f4f1ea", style.HUES[0]))
+"""Share of the replicates in which a claim holds, 0 to 1."""
+MEASURE = pl.col("what").str.split(":").list.first()
+"""Name of a measure without its condition."""
+
+
+def draw(result: Any) -> Figure:
+    """Draw a sweep, an `experiments.kinds.sweep.Sweep`.
+
+    One parameter has curves with intervals, two have maps, one for each claim and measure of each model. Claims over
+    levels with names are one map: points and models down, claims across.
+    """
+    named = bool(result.counts.height) and (not result.axes or bool(result.study.axes))
+    cells, symbols = _cells(result), []
+    if not named and len(result.axes) == 1:
+        symbols.append("Whiskers: 95 % interval, or range")
+    elif cells["judged"].any():
+        symbols.append("k/n: holds in k of n (h: the DSNN's half); hatched: not judged")
+    with style.look():
+        figure = _table(result, cells) if named else _panels(result, cells)
+        style.headline(figure, finding(cells))
+        what = f"{style.sentence(result.study.summary)}: n = {result.study.replicates}, from seed {result.seed}"
+        style.caption(figure, ". ".join([*symbols, what, ""]).rstrip())
+    return figure
+
+
+def shown(row: Mapping[str, Any]) -> tuple[float, str]:
+    """Return the share of the replicates in which a claim holds, NaN where none could be judged, and it in words.
+
+    A claim that depends on another model's unknown constants is shown by the DSNN's half.
+    """
+    counted = count_of(row)
+    half = counted.half or counted
+    if not half.judged:
+        return math.nan, "-"
+    return half.holds / counted.replicates, f"{half.holds}/{counted.replicates}{'h' if counted.half else ''}"
+
+
+def finding(cells: pl.DataFrame) -> str:
+    """Return in how many cells of a sweep claims hold in every replicate, and from where to where its measures reach.
+
+    ``cells`` has a row for each point, model, claim and measure: ``what``, whether it is ``judged``, its ``value``. Of
+    a grid that judges several claims their row together counts.
+    """
+    whole = cells.filter(what=TOGETHER)
+    claims, who = (cells.filter("judged"), "Claims hold") if whole.is_empty() else (whole, "All claims hold")
+    value = claims["value"].cast(float)
+    kept = f"{who} in every replicate in {(value == 1.0).sum()} of {len(value)} cells"
+    phrases = [f"{kept}, {value.is_nan().sum()} not judged"] * (len(value) > 0)
+    measures = cells.filter(~pl.col("judged")).drop_nulls("value")
+    for (name,), of in style.by(measures.with_columns(MEASURE), "what"):
+        phrases.append(f"{name} from {of['value'].min():.3g} to {of['value'].max():.3g}")
+    return "; ".join(phrases) or "Nothing was measured"
+
+
+def _cells(result: Any) -> pl.DataFrame:
+    """Return a row for each point, model, claim and measure: its value and interval, its text, where it is drawn."""
+    rows, axes = [], result.axes
+    for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
+        claim, value = "claim" in row, row.get("value")
+        value, text = shown(row) if claim else (value, "" if value is None else f"{value:.3g}")
+        ends = ("low", "high") if claim else ("ci_low", "ci_high") if "ci_low" in row else ("lowest", "highest")
+        places = [list(values_of(levels).values()).index(row[name]) for name, levels in axes.items()]
+        rows.append({
+            **{name: row[name] for name in (*axes, "model")}, "what": row["claim" if claim else "measure"],
+            "judged": claim, "value": value, "text": text, "low": row[ends[0]], "high": row[ends[1]],
+            "x": (*places, 0)[0], "y": (*places, 0, 0)[1],
+        })  # fmt: skip
+    return pl.DataFrame(rows, infer_schema_length=None)
+
+
+def _panels(result: Any, cells: pl.DataFrame) -> Figure:
+    """Draw a panel for each claim and measure of each model: the first axis across, a second one up."""
+    (across_name, levels), *second = result.axes.items()
+    up = list(second[0][1]) if second else []
+    value = pl.col("value").cast(float)
+    scaled = cells.with_columns(least=value.min().over(MEASURE), most=value.max().over(MEASURE))
+    panels = scaled.partition_by("what", "model", maintain_order=True)
+    titles = {claim.id: f"{claim.title} ({claim.id})" for claim, _ in result.claims} | {TOGETHER: "All claims"}
+    across = min(3, len(panels))
+    down = math.ceil(len(panels) / across)
+    height = min(1.3 + 0.24 * len(up) if up else 1.7, (style.PAGE - 0.9) / down)
+    figure = Figure((style.WIDTH, 0.9 + down * height), layout="constrained")
+    grid = style.grid(figure, len(panels), across, sharex=True, sharey=bool(up))
+    inches = style.WIDTH / across - 0.5
+    for panel, table in zip(grid, panels, strict=True):
+        what, model = table.select("what", "model").row(0)
+        if up:
+            _heat(panel, table, (len(up), len(levels)))
+            panel.set_yticks(range(len(up)), up)
+        else:
+            style.intervals(panel, table, table["x"], ("value", "low", "high"), along="y", fmt="o-", ms=3.5,
+                            capsize=2, color=style.INK)  # fmt: skip
+            panel.set_ylabel("share of replicates" if table["judged"][0] else "")
+        title = ", ".join(filter(None, (titles.get(what, what), model)))
+        panel.set_title(style.wrapped(title, inches, style.SMALL), fontsize=style.SMALL)
+        panel.set_xticks(range(len(levels)), list(levels), rotation=90 if len(levels) > 6 else 0)
+    for panel in grid[-across:]:
+        panel.set_xlabel(style.wrapped(across_name, inches))
+    figure.supylabel(second[0][0] if up else "")
+    return figure
+
+
+def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
+    """Draw cells at their ``x`` and ``y``, of (rows, columns), and the texts of claims."""
+    cells = np.full(size, np.nan)
+    cells[table["y"].to_numpy(), table["x"].to_numpy()] = table["value"].cast(float).to_numpy()
+    panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
+    if not table["judged"][0]:
+        least, most = table.select("least", "most").row(0)  # one scale for all panels of a measure
+        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="viridis", vmin=least, vmax=most)
+        panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
+        return
+    panel.imshow(cells, origin="lower", aspect="auto", cmap=SHARES, vmin=0.0, vmax=1.0)
+    for x, y, text in table.select("x", "y", "text").rows():
+        panel.annotate(text, (x, y), ha="center", va="center", fontsize=style.SMALL - 1, path_effects=style.HALO,
+                       annotation_clip=True)  # fmt: skip
+
+
+def _table(result: Any, cells: pl.DataFrame) -> Figure:
+    """Draw points and models down, claims across."""
+    cells, names = cells.filter("judged"), list(result.axes)
+    columns = [*names, *(["model"] if cells["model"].n_unique() > 1 or not names else [])]
+    points = cells.select(columns).rows()
+    rows, claims = list(dict.fromkeys(points)), list(dict.fromkeys(cells["what"]))
+    places = {"x": list(map(claims.index, cells["what"])), "y": list(map(rows.index, points))}
+    figure = Figure((style.WIDTH, min(style.PAGE, 1.2 + 0.2 * len(rows))), layout="constrained")
+    panel = figure.subplots()
+    _heat(panel, cells.with_columns(pl.Series(name, at) for name, at in places.items()), (len(rows), len(claims)))
+    panel.invert_yaxis()
+    panel.set_xticks(range(len(claims)), claims)
+    panel.set_yticks(range(len(rows)), [", ".join(map(str, row)) for row in rows])
+    panel.set_ylabel(", ".join(columns))
+    return figure
+
+
+def show(result: Any, folder: Path) -> None:
+    """Print a sweep: a row for each point and model, at how many points each claim holds, and where its files are."""
+    wide = _cells(result).pivot("what", index=[*result.axes, "model"], values="text", maintain_order=True)
+    terminal.show(wide, f"Replicates of {result.study.replicates} in which claims hold" if result.claims else "")
+    unjudged = {key[2]: outcomes[0].deciding for key, outcomes in result.outcomes.items()
+                if not any(one.judged or one.verdict == "unknown constants" for one in outcomes)}  # fmt: skip
+    for claim in sorted(unjudged.keys() - {TOGETHER}):
+        terminal.out_console.print(f"{claim} not judged: {unjudged[claim]}")
+    for title, further in result.tables.items():
+        terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
+    terminal.show_places({"figure": folder / f"{result.study.name}.png", "table": folder / "counts.csv"})

@@ -1,0 +1,1 @@
+"""Claims judged on rows: tests, outcomes, verdicts, scores."""

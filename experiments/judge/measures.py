@@ -1,0 +1,194 @@
+"""Measures of a sweep: each is one short function from the rows of a point to a number.
+
+A new measure is its function and an entry of `MEASURES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from dsnn.stimuli import ClipParams
+from experiments.base.errors import UsageError, check_known
+from experiments.declare.checks import unreadable
+from experiments.declare.claim import POTENTIALS
+from experiments.declare.conditions import CONDITION_COLUMNS, Condition
+from experiments.judge.judge import flaws
+from experiments.judge.tests import summarise
+from experiments.settings.models import ConfiguredModel
+from experiments.store.tables import group, known
+
+Rows = Sequence[Mapping[str, Any]]
+
+LEAST_SPEEDS = 3
+"""Fewer have no speed between the first and the last, where a peak would be one."""
+
+
+Number = Mapping[str, Any]
+"""A number at a point: its ``value``, ``None`` where there is none; of a mean ``n``, ``ci_low`` and ``ci_high`` too."""
+Measure = tuple[str, str, Mapping[str, Any]]
+"""A measure's name, the experiment that gives it, and the columns of the one condition that it is about, if it is."""
+
+
+def _crossings(conditions: Sequence[Any]) -> bool:
+    """Return whether the rightward crossings among conditions differ in speed alone, and have enough speeds."""
+    crossings = [
+        condition for condition in conditions
+        if isinstance(condition, Condition) and (condition.motion, condition.direction) == ("translation", "rightward")
+    ]  # fmt: skip
+    others = [name for name in CONDITION_COLUMNS if name != "speed_cm_s"]
+    alike = {tuple(getattr(condition, name) for name in others) for condition in crossings}
+    return len(alike) == 1 and len({condition.speed_cm_s for condition in crossings}) >= LEAST_SPEEDS
+
+
+def peak_speed(rows: Rows, *, column: str) -> Number:
+    """Find the speed among those shown at which the mean of a column over trials is largest.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``, of one model; rightward crossings count.
+    column
+        What is averaged over the trials of a speed.
+
+    Returns
+    -------
+    Number
+        In cm/s; of equal means the lowest speed. None where no mean is above 0, and where trials are not what their
+        conditions have. At an end of the speeds shown the true peak may lie beyond.
+    """
+    crossings = [row for row in rows if (row["motion"], row["direction"]) == ("translation", "rightward")]
+    if not crossings or unreadable(crossings, [column]) or flaws(crossings):
+        return {"value": None}
+    by_speed = sorted(group(crossings, "speed_cm_s").items())
+    means = {speed: float(np.mean([row[column] for row in of_speed])) for (speed,), of_speed in by_speed}
+    highest = max(means, key=means.__getitem__)
+    return {"value": highest if means[highest] > 0.0 else None}
+
+
+def _rightward(clips: Sequence[Any]) -> bool:
+    """Return whether a clip shows an object that moves rightward."""
+    return any(
+        isinstance(params, ClipParams) and getattr(params, "motion", "") == "rightward"
+        and getattr(params, "object", "") != "absent"
+        for params in clips
+    )  # fmt: skip
+
+
+def least_peak(rows: Rows) -> Number:
+    """Find the largest HS of a rightward crossing: of several crossings the lowest of their peaks.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet`` of clips, of one model; rightward crossings of an object count.
+
+    Returns
+    -------
+    Number
+        The potential. None where there is no crossing, or a potential is not a number.
+    """
+    crossings = [row for row in rows if row["motion"] == "rightward" and row["object"] != "absent"]
+    if not crossings or unreadable(crossings, POTENTIALS):
+        return {"value": None}
+    return {"value": min(float(row["peak_hs"]) for row in crossings)}
+
+
+def mean_spikes(rows: Rows) -> Number:
+    """Compute the mean number of spikes over the trials of one condition, and its 95 % interval.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``, of one model and condition.
+
+    Returns
+    -------
+    Number
+        None of a model that does not spike, and where there is no trial.
+    """
+    spikes = [row["spikes"] for row in rows if row["spikes"] is not None]
+    if not spikes:
+        return {"value": None, "n": len(rows)}
+    score = summarise(spikes, 0.0)
+    ends = {"ci_low": known(score.low), "ci_high": known(score.high)}
+    return {"value": score.value, "n": len(rows), **ends}
+
+
+SPIKES = "spikes"
+"""The measure that is one of each condition: the mean number of spikes in a trial."""
+MEASURES: Mapping[str, Callable[[Rows], Number]] = {
+    "peak-speed-potential": partial(peak_speed, column="mean_hs_near_axis"),
+    "peak-speed-count": partial(peak_speed, column="spikes"),
+    "peak-hs": least_peak,
+    SPIKES: mean_spikes,
+}
+"""Name after ``--measure`` -> its function of the rows of a point."""
+GIVEN_BY: Mapping[str, Callable[[Sequence[Any]], bool]] = {
+    "peak-speed-potential": _crossings, "peak-speed-count": _crossings, "peak-hs": _rightward,
+}  # fmt: skip
+"""Name of a measure of one number at a point -> whether an experiment's conditions, or its clips, give it."""
+UNITS = {"peak-speed-potential": "cm/s", "peak-speed-count": "cm/s"}
+"""Name of a measure -> its unit, where it has one."""
+
+
+def measured(name: str, condition: Mapping[str, Any], rows: Rows) -> Number:
+    """Return a measure at a point from its rows: those with the columns of ``condition`` count."""
+    own = [row for row in rows if all(row[column] == value for column, value in condition.items())]
+    return MEASURES[name.partition(":")[0]](own)
+
+
+def by_condition(conditions: Sequence[Condition]) -> dict[str, dict[str, Any]]:
+    """Return a measure for each condition, the mean number of spikes in its trials, with the condition's columns.
+
+    Each is called by the columns in which conditions differ.
+    """
+    every = [{name: getattr(condition, name) for name in CONDITION_COLUMNS} for condition in dict.fromkeys(conditions)]
+    varied = [name for name in CONDITION_COLUMNS if len({columns[name] for columns in every}) > 1]
+    measures = {}
+    for columns in every:
+        values = {name: columns[name] for name in varied}
+        texts = [f"{name}={value:g}" if isinstance(value, float | int) else f"{name}={value}"
+                 for name, value in values.items()]  # fmt: skip
+        measures[f"{SPIKES}: {', '.join(texts)}" if texts else SPIKES] = columns
+    return measures
+
+
+def chosen(
+    wanted: Sequence[str], conditions: Mapping[str, Sequence[Sequence[Any]]], models: Sequence[ConfiguredModel]
+) -> list[Measure]:
+    """Return measures by their names, each with the first experiment that gives it.
+
+    Parameters
+    ----------
+    wanted
+        Names of `MEASURES`.
+    conditions
+        Name of an experiment -> its conditions, or its clips' parameters, wherever a point changes them.
+    models
+        The models judged.
+
+    Raises
+    ------
+    UsageError
+        A measure is not known, none of the experiments gives it at all points, or no model responds by ``hs``.
+    """
+    found: list[Measure] = []
+    giving: Sequence[Measure]
+    for name in dict.fromkeys(wanted):
+        check_known("--measure", name, MEASURES)
+        if name == SPIKES:
+            every = {place: [one for some in shown for one in some] for place, shown in conditions.items()}
+            giving = [(measure, place, columns) for place, of_it in every.items() if isinstance(of_it[0], Condition)
+                      for measure, columns in by_condition(of_it).items()]  # fmt: skip
+        else:
+            if not any("hs" in model.channels for model in models):
+                raise UsageError(f"--measure {name}: it is about models that respond by direction")
+            giving = [(name, place, {}) for place, shown in conditions.items() if all(map(GIVEN_BY[name], shown))][:1]
+        if not giving:
+            raise UsageError(f"--measure {name}: none of {', '.join(conditions)} shows what it is of at every point")
+        found += giving
+    return found

@@ -1,0 +1,1 @@
+"""The kinds of run, a file each, and the functions of Python."""

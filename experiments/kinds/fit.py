@@ -1,0 +1,364 @@
+"""Fits: a search for parameters under which claims hold together, judged on fresh seeds.
+
+Each batch of settings is a sweep of one axis, and resumes as any other.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from experiments.base.errors import UsageError
+from experiments.base.files import Files
+from experiments.base.streams import stream
+from experiments.declare.study import TOGETHER, Fit, Study
+from experiments.judge.count import Count, count
+from experiments.judge.verdict import together
+from experiments.kinds import registry, sweep, sweep_plan
+from experiments.kinds.result import Run, load
+from experiments.kinds.sweep import MOST_SLACK
+from experiments.settings.grid import apart, take
+from experiments.settings.models import look_up
+from experiments.settings.settings import check_counts, collect, schema_of
+from experiments.store.description import begin_whole, begun
+from experiments.store.folder import FAILURES
+from experiments.store.workers import Workers
+
+Setting = Mapping[str, str]
+"""Key of each range of the box -> its value as ``--set`` takes it."""
+Ranges = Mapping[str, Any]
+"""Key of each free parameter, as ``--over`` has it -> Optuna's distribution of its values."""
+PAIR = 2
+"""Settings of the renderings in a batch, where both they and the network are searched."""
+NEXT_BEST = 10
+"""Settings that are judged again with the winner."""
+TEST, SAMPLE = 1_000_000, 2_000_000
+"""Added to the seed of the search for the second judging and for the sample."""
+LOG_FROM = 100.0
+"""Ratio of the ends of a range from which it is searched by its logarithm."""
+LEAST, MEAN = "least slack", "mean slack"
+RESULTS = pl.Schema(
+    {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64}
+)
+"""Columns of the results of settings: ``value`` is the slack of a claim."""
+
+
+# The box.
+
+
+def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
+    """Return the box of a fit, and those of its keys that change what is rendered.
+
+    Raises
+    ------
+    UsageError
+        A text of ``over`` is not ``KEY=A..B`` or ``KEY=V1,V2``, or its key is unknown, there twice or settled.
+    """
+    models = look_up(fit.study.models)
+    sections: dict[str, Any] = {model.section: model.network for model in models}
+    networks = set(sections)
+    for name in fit.study.experiments or sweep_plan.answering(fit.study.claims):
+        part = sweep_plan.part_of(registry.find(name), replace(fit.study, assignments=()), 0)
+        sections |= part.base
+    fixed, taken = {text.partition("=")[0] for text in fit.study.assignments}, set[str]()
+    box = {}
+    for text in fit.over:
+        name, _, ends = text.partition("=")
+        take(text, taken, fixed)
+        box[name] = _distribution(name.split("+")[0], ends, sections)
+    if not box:
+        raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
+    return box, [name for name in box if name.partition(".")[0] not in networks]
+
+
+def _distribution(key: str, ends: str, sections: Mapping[str, Any]) -> Any:
+    """Return Optuna's distribution of the values that ``KEY=A..B`` or ``KEY=V1,V2`` allows."""
+    from optuna import distributions as kinds
+
+    parameter, end = apart(key)
+    collect([f"{parameter}={ends}"], sections, option="--over")  # the key is known
+    section, _, name = parameter.partition(".")
+    schema = schema_of(sections[section], name)
+    if end and schema.get("type") == "array":
+        schema = (schema.get("prefixItems") or [schema["items"]])[0]
+    low, dots, high = ends.partition("..")
+    if not dots and ends:
+        return kinds.CategoricalDistribution(ends.split(","))
+    try:
+        least, most = float(low), float(high)
+    except ValueError:
+        least = most = math.nan
+    if not -math.inf < least < most < math.inf:
+        raise UsageError(f"--over {key}={ends}: expected KEY=A..B, the lower number first, or KEY=V1,V2")
+    log = least > 0.0 and most / least >= LOG_FROM
+    if schema.get("type") == "integer":
+        return kinds.IntDistribution(int(least), int(most), log=log)
+    return kinds.FloatDistribution(least, most, log=log)
+
+
+def text_of(value: Any) -> str:
+    """Return a value as ``--set`` takes it, a number to six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def at(kind: Any, share: float) -> str:
+    """Return the value below which a share of a distribution lies, 0 up to below 1; whole numbers have equal shares."""
+    if hasattr(kind, "choices"):
+        return str(kind.choices[int(share * len(kind.choices))])
+    whole = isinstance(kind.low, int)
+    if kind.log:
+        value = math.exp(math.log(kind.low) + share * math.log(kind.high / kind.low))
+        return text_of(round(value) if whole else value)
+    if whole:
+        return str(kind.low + int(share * (kind.high - kind.low + 1)))
+    return text_of(kind.low + share * (kind.high - kind.low))
+
+
+def spread(box: Ranges, number: int, seed: int) -> list[Setting]:
+    """Return settings that fill a box evenly: the first points of a scrambled Sobol sequence.
+
+    References
+    ----------
+    Owen 1998, Scrambling Sobol' and Niederreiter-Xing points.
+    """
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(len(box), scramble=True, rng=stream("fit.sample", seed))
+    points = np.minimum(sequence.random_base2((number - 1).bit_length())[:number], np.nextafter(1.0, 0.0))
+    return [{key: at(kind, share) for (key, kind), share in zip(box.items(), point, strict=True)} for point in points]
+
+
+# The search: Optuna asks for settings batch by batch.
+
+
+def ask_for(
+    search: Any, box: Ranges, outside: Sequence[str], size: tuple[int, int], seed: int, number: int
+) -> list[Any]:
+    """Return Optuna's trials of a batch: so many renderings, each with so many networks, one after another.
+
+    The sampler is made again for each batch, seeded by the seed of the fit and the batch's number. So equal seeds give
+    equal settings, whatever plays them; and a fit that was cut short asks again for what it had, and finds it played.
+    """
+    from optuna.samplers import TPESampler
+
+    state = int(np.random.SeedSequence(seed, spawn_key=(number,)).generate_state(1)[0])
+    search.sampler = TPESampler(seed=state, constant_liar=True)
+    asked: list[Any] = []
+    renderings, share = size
+    for place in range(renderings * share):
+        if outside and place % share:
+            search.enqueue_trial({key: asked[-1].params[key] for key in outside})
+        asked.append(search.ask(dict(box)))
+    return asked
+
+
+def importance(search: Any) -> dict[str, float]:
+    """Return the share of each parameter in whether the goal is among the best tenth; empty where all came to the same.
+
+    References
+    ----------
+    Watanabe, Bansal and Hutter 2023, PED-ANOVA.
+    """
+    from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
+
+    if len({trial.value for trial in search.get_trials(deepcopy=False)}) < 2:
+        return {}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "PedAnova.*low `target`", UserWarning)
+        return dict(get_param_importances(search, evaluator=PedAnovaImportanceEvaluator()))
+
+
+# Results of settings.
+
+
+def study_of(fit: Fit, settings: Sequence[Setting], *, again: bool = False) -> Study:
+    """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
+    texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in name.split("+"))
+             for setting in settings]  # fmt: skip
+    return replace(
+        fit.study,
+        repeats=fit.study.repeats if again or fit.search_repeats is None else fit.search_repeats,
+        axes={"setting": {str(number): level for number, level in enumerate(texts)}},
+    )
+
+
+def scored(results: pl.DataFrame) -> pl.DataFrame:
+    """Sum up the results of settings over their replicates.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row for each setting: how many of its ``claims`` are ``satisfied``, holding in every replicate; the least
+        slack of all and of each, and the mean slack.
+    """
+    value, claim = pl.col("value"), pl.col("name")
+    names = results["name"].unique(maintain_order=True)
+    return results.group_by("setting", maintain_order=True).agg(
+        (claim.n_unique() - claim.filter(pl.col("verdict") != "holds").n_unique()).alias("satisfied"),
+        claim.n_unique().alias("claims"),
+        value.min().alias(LEAST),
+        *(value.filter(claim == name).min().alias(f"slack {name}") for name in names),
+        value.mean().alias(MEAN),
+    )
+
+
+def with_all(results: pl.DataFrame) -> pl.DataFrame:
+    """Put those of all claims together, called ``all``, before the results of several: the least slack, the verdict."""
+    if results["name"].n_unique() < 2:
+        return results
+    whole = [
+        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min())
+        for (setting, replicate), rows in results.group_by("setting", "replicate", maintain_order=True)
+    ]
+    return pl.concat([pl.DataFrame(whole, RESULTS, orient="row"), results])
+
+
+def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.DataFrame, anew: pl.DataFrame) -> Any:
+    """Return the rows of ``anew.csv``: each setting of ``best`` with each claim.
+
+    ``low`` and ``high`` are the ends of the 95 % interval of the share of replicates that satisfy a claim.
+    """
+    rows: list[dict[str, Any]] = []
+    searched, anew = with_all(searched), with_all(anew).sort("setting", maintain_order=True)
+    for (place, name), own in anew.group_by("setting", "name", maintain_order=True):
+        number, counted = best[int(place)], count(own["verdict"])
+        low, high = counted.interval or (None, None)
+        rows.append({
+            "number": number, **settings[number], "name": name,
+            "in the search": searched.filter(setting=number, name=name)["value"].mean(), "anew": own["value"].mean(),
+            "replicates": counted.replicates, "satisfied": counted.holds,
+            "word": "fitted" if counted.word == "holds" else counted.label,  # its parameters were chosen to satisfy it
+            "low": low, "high": high,
+        })  # fmt: skip
+    return pl.DataFrame(rows, infer_schema_length=None)
+
+
+# Running it.
+
+
+def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
+    """Check a fit with the corners of its box; return the box, and its keys that change what is rendered.
+
+    Raises
+    ------
+    UsageError
+        An argument is invalid.
+    ImportError
+        Optuna is not installed.
+    """
+    check_counts(seed, fit.held_out, "--held-out")
+    box, outside = box_of(fit)
+    corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
+    plan = sweep_plan.planned(study_of(fit, corners), seed)
+    if not plan.claims:
+        raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
+    return box, outside
+
+
+def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
+    """Run what a fit's folder lacks, and write its tables and figure.
+
+    Parameters
+    ----------
+    fit
+        What is searched.
+    seed
+        Seed of the search. The seeds of the second judging and of the sample follow from it.
+    out
+        The fit's folder: a new one, or one that holds a part of this fit. More settings may be searched than before.
+    pool
+        Workers, or a cluster.
+
+    Returns
+    -------
+    Run
+        Its `Run.summary` has the scores of all settings, `Run.anew` the best judged again, `Run.fitted` the result.
+
+    Raises
+    ------
+    UsageError
+        An argument is invalid, or there is another run.
+    """
+    from experiments.draw import fit as report  # not before: workers do without matplotlib
+    from experiments.draw import style
+
+    box, outside = planned(fit, seed)
+    import optuna
+
+    size = PAIR * fit.share
+    renderings = 1 if not outside else size if len(outside) == len(box) else PAIR
+    begin_whole(out, "fit", study=fit.study.name, seed=seed, over=fit.over, optuna=optuna.__version__)
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    search: Any = optuna.create_study(direction="maximize")
+    settings: list[Setting] = []
+    searched = pl.DataFrame(schema=RESULTS)
+    failures: list[Mapping[str, Any]] = []
+
+    def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
+        study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
+        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool)
+        failures.extend(result.failures)
+        slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")  # silence gains nothing
+        return result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack).cast(
+            RESULTS
+        )
+
+    def table(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.DataFrame:
+        own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
+        return pl.concat([own, pl.DataFrame(settings), scored(results).drop("setting")], how="horizontal")
+
+    with pool.running():
+        for number in range(-(-fit.trials // size)):
+            asked = ask_for(search, box, outside, (renderings, size // renderings), seed, number)
+            shown = [{key: text_of(trial.params[key]) for key in box} for trial in asked]
+            results = play(f"search-{number:04d}", shown, seed, fit.study.replicates)
+            for trial, value in zip(asked, scored(results)[LEAST], strict=True):
+                search.tell(trial, value)
+            searched = pl.concat([searched, results.with_columns(pl.col("setting") + len(settings))])
+            settings += shown
+        found = table("search", settings, searched)
+        # The winner and the next best: first where all claims are satisfied, then by the slack.
+        ranked = found.sort(pl.col("satisfied") == pl.col("claims"), LEAST, MEAN, descending=True, maintain_order=True)
+        best = ranked["number"].head(NEXT_BEST + 1).to_list()
+        anew = play(
+            f"held-out-{len(settings)}", [settings[place] for place in best], seed + TEST, fit.held_out, again=True
+        )
+        even = spread(box, fit.sample, seed)
+        sample = play(f"sample-{fit.sample}", even, seed + SAMPLE, fit.study.replicates)
+    looks = len([folder for folder in out.glob("held-out-*") if begun(folder)])
+    filled, rows = table("sample", even, sample), again_table(settings, best, searched, anew)
+    first, own = rows.row(0, named=True), found.row(best[0], named=True)
+    winner = settings[best[0]]
+    counted = Count(first["satisfied"], first["replicates"] - first["satisfied"])
+    satisfied = filled.filter(pl.col("satisfied") == pl.col("claims")).height
+    share, luck = Count(satisfied, filled.height - satisfied), first["in the search"] - first["anew"]
+    few = counted.kind == "counted" and not counted.fails
+    word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
+    word = word if own["satisfied"] == own["claims"] else "not fitted"
+    low, high = share.interval or (0.0, 1.0)
+    named = ", ".join(f"{key}={value}" for key, value in winner.items())
+    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search, and all of them in"
+             f" {counted} replicates that it never saw",
+             f"{share} settings that fill the box evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of"
+             " the box",
+             f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip
+    files = Files(out)
+    files.write_rows("fit.csv", pl.concat([found, filled]).to_dicts())
+    files.write_rows("anew.csv", rows.to_dicts())
+    files.write_json("fit.json", {
+        "fit": fit.study.name, "summary": fit.study.summary, "sentences": lines, "winner": winner, "word": word,
+        "share": {"satisfied": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
+        "looks": looks, "importance": importance(search),
+    })  # fmt: skip
+    if failures:
+        files.write_json(FAILURES, failures)
+    done = load(out)
+    style.save(report.draw(done), out / "fit")
+    return done

@@ -1,0 +1,329 @@
+"""The trials of a sweep, and the points of its grid at which each of them counts.
+
+Points and models that differ in parameters of models alone share their frames: they are models of the same trials.
+Trials that no axis changes are run once, and count at every point.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from experiments import NAMES
+from experiments.base.errors import UsageError
+from experiments.base.files import plain
+from experiments.declare.claim import Claim, find_claim
+from experiments.declare.experiment import Experiment
+from experiments.declare.study import Study
+from experiments.judge import measures as measuring
+from experiments.judge.replicates import MODEL, asked_models
+from experiments.kinds import registry, trials
+from experiments.kinds.sweep import EVERY_MODEL, Share, Sweep
+from experiments.settings.grid import (
+    Base,
+    Levels,
+    Point,
+    check_keys,
+    knows,
+    levels_of,
+    moves,
+    points_of,
+    sets,
+    values_of,
+)
+from experiments.settings.models import ConfiguredModel, look_up, parse_model
+from experiments.settings.parameters import differing
+from experiments.settings.settings import changed, check_counts, watchers
+from experiments.show import clips
+from experiments.show.clips import Clip, OfflineExperiment
+from experiments.show.robot import trials_of
+from experiments.show.trial_rows import TRIAL_SCHEMA
+from experiments.store import provenance
+from scenes.hints import nearest
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One experiment of a sweep: the models shown, and what makes its trials at a point.
+
+    ``base`` has the sections of ``--set`` beside the models' own. ``render`` makes conditions, or clips' parameters,
+    of what a point sets there, and a function from a replicate and the models to trials.
+    """
+
+    declared: Any
+    models: Sequence[ConfiguredModel]
+    base: Base
+    repeats: int
+    render: Callable[[Mapping[str, str]], tuple[Sequence[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]]]]
+    described: Mapping[str, Any]
+
+    def base_of(self, model: ConfiguredModel) -> Base:
+        """Return the sections of ``--set`` that the trials of a model read."""
+        return {**self.base, model.section: model.network}
+
+
+def settled(model: ConfiguredModel) -> set[str]:
+    """Return the keys that a model has settled itself, as ``dsnn:n_con=5`` has."""
+    return {f"{model.section}.{name}" for name in parse_model(model.text)[1]}
+
+
+def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
+    return [text for text in assignments if knows(known, text.partition("=")[0])]
+
+
+def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[str]) -> Part:
+    """Return an experiment with the robot, shown to models, as a part of a sweep."""
+    assignments = _applying(study.assignments, trials.sections(declared, models))
+    whole = trials.plan(declared, models, assignments, study.repeats, seed)
+    settings, repeats = whole.description["settings"], whole.description["repeats"]
+
+    def render(over: Mapping[str, str]) -> Any:
+        texts = [*assignments, *(f"{key}={value}" for key, value in over.items())]
+        experiment, moved, _ = trials.checked(declared, models, texts, repeats, seed)
+
+        def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
+            found = trials_of(experiment, dataclasses.replace(moved, models=shown), repeats, seed + replicate)
+            return [dataclasses.replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
+
+        return experiment.conditions(), specs
+
+    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
+            "experiment": whole.description["experiment"].design}  # fmt: skip
+    described = {**whole.description, "changed": whole.parameters}
+    return Part(whole.description["experiment"], settings.models, base, repeats, render, described)
+
+
+def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Collection[str] | None) -> Part:
+    """Return clips as a part of a sweep; a key of a stimulus is of each of its clips.
+
+    ``needed`` has the labels of the experiment's own models that are shown too; ``None``: all of them.
+    """
+    own = [model.text for model in look_up(declared.models, "offline") if needed is None or model.label in needed]
+    stimuli = _stimuli(declared, seed)
+    shown = look_up([*study.models, *own], "offline")
+    texts = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
+    models, _ = watchers([model.text for model in shown], texts, stimuli)
+    whole = _with_values(declared, dict(text.split("=", 1) for text in texts))
+
+    def render(over: Mapping[str, str]) -> Any:
+        moved = _with_values(whole, over)
+
+        def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
+            every = moved.trials(variants, study.replicates, seed)
+            return [trial for trial in every if trial.repeat == replicate]
+
+        return [clip.build(seed).params for clip in moved.clips], specs
+
+    described = {**clips.described_scenes(whole.clips, study.replicates, None),
+                 "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
+    return Part(whole, models, _stimuli(whole, seed), 1, render, described)
+
+
+def _stimuli(declared: OfflineExperiment, seed: int) -> dict[str, Any]:
+    """Return name of a stimulus -> the parameters of the first clip that shows it."""
+    return {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
+
+
+def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
+    """Return an experiment with values for its stimuli, by key; `UsageError` if one is not legal."""
+
+    def with_own(clip: Clip) -> Clip:
+        own = {key.partition(".")[2]: text for key, text in values.items() if key.partition(".")[0] == clip.entry.name}
+        params = changed(clip.entry.name, clip.build(0).params, own)
+        return dataclasses.replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
+
+    return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
+
+
+def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
+    """Return an experiment as a part of a sweep, with the models of the study alone."""
+    part: Any = clips_part if isinstance(declared, OfflineExperiment) else robot_part
+    return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
+
+
+def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> Sweep:
+    """Check a study and list all its trials.
+
+    Parameters
+    ----------
+    study
+        The study.
+    seed
+        Of replicate 0; replicate k has ``seed`` + k.
+    models_in
+        Experiment -> the models shown there, all judged together, in place of the study's.
+
+    Raises
+    ------
+    UsageError
+        The experiments are of both kinds, or something that the study asks for is not legal.
+    """
+    check_counts(seed, study.replicates, "--replicates")
+    experiments: list[Any] = list(map(registry.find, study.experiments or answering(study.claims)))
+    names = [experiment.name for experiment in experiments]
+    on_robot = isinstance(experiments[0], Experiment)
+    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
+        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
+    if not study.models:
+        models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
+        study = dataclasses.replace(study, models=(MODEL,))
+    models = look_up(study.models, "robot" if on_robot else "offline")
+    if not on_robot and not study.claim_at and len(models) > 1:
+        raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
+    judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
+    claims = _claims(experiments, study, [] if models_in or study.claim_at else models)
+    parts = []
+    for experiment in experiments:
+        needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
+        parts.append(
+            robot_part(experiment, study, seed, (models_in or {}).get(experiment.name, study.models))
+            if on_robot
+            else clips_part(experiment, study, seed, None if study.claim_at else needed)
+        )
+    axes = _axes(study, parts)
+    parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
+    renderings = {part.declared.name: _renderings(part, study, axes, parameters) for part in parts}
+    conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
+    measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
+    asked = {place for _, place, *_ in (*claims, *measures)}
+    parts = [part for part in parts if models_in or part.declared.name in asked]
+    specs: list[Any] = []
+    shares: dict[tuple[Point, str, str, int], Share] = {}
+    for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
+        for _, rendered, variants, watching in renderings[name]:
+            found = rendered(replicate, tuple(variants.values()))
+            numbers = range(len(specs), len(specs) + len(found))
+            specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
+            for point, seen in watching.items():
+                if on_robot and not models_in:
+                    shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
+                else:
+                    shares[point, judged[0], name, replicate] = (numbers, seen)
+    if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
+        parameters |= parts[0].described["changed"]
+    there = {(point, name) for point, name, *_ in shares}
+    variants = {model.label: model for spec in specs for model in spec.models}
+    files = [path for part in parts for path in part.described["files"]]
+    sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
+    changes = {key: value for part in parts for key, value in part.described["changed"].items()}
+    description = {
+        **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
+        "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
+        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters, "axes": axes,
+        "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
+        "measures": [{"name": name, "unit": measuring.UNITS.get(name, ""), "experiment": place}
+                     for name, place, _ in measures],
+        **provenance.of(sources, parts[0].declared),
+    }  # fmt: skip
+    judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
+    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, description, parameters)
+
+
+def answering(claims: Sequence[str | Claim]) -> list[str]:
+    """Return the paper's experiments with the robot that answer for claims: of each claim the first that declares it.
+
+    Raises `UsageError` for a claim that none of them declares.
+    """
+    ids, known = [claim.id if isinstance(claim, Claim) else claim for claim in claims], registry.answering()
+    if unknown := next((name for name in ids if name not in known), ""):
+        near = nearest(unknown, known, " (", ")")
+        raise UsageError(f"claim {unknown!r}{near}: no experiment with the robot declares it; name the experiment")
+    return [name for name in NAMES if name in {known[claim] for claim in ids}]
+
+
+def _claims(
+    experiments: Sequence[Any], study: Study, models: Sequence[ConfiguredModel]
+) -> tuple[tuple[Claim, str], ...]:
+    """Return the claims of a study, each with the first experiment that declares it.
+
+    Raises `UsageError` for one that is not declared there, or is about none of the ``models``, where there are some.
+    """
+    on: Any = "robot" if isinstance(experiments[0], Experiment) else "clips"
+    declared: dict[str, tuple[Claim, str]] = {}
+    for experiment in experiments:
+        for claim in (find_claim(claim, on) for claim in experiment.claims):
+            declared.setdefault(claim.id, (claim, experiment.name))
+    about = [name for name, (claim, _) in declared.items() if _is_about(claim, models)]
+    chosen: dict[str, tuple[Claim, str]] = {}
+    for asked in study.claims or (() if study.measures else about):
+        name = asked.id if isinstance(asked, Claim) else asked
+        if isinstance(asked, str) and asked not in declared:
+            raise UsageError(f"--claims {name}: the experiments declare {', '.join(declared) or 'none'}")
+        claim = asked if isinstance(asked, Claim) else declared[name][0]
+        if not _is_about(claim, models):
+            labels = ", ".join(model.label for model in models)
+            raise UsageError(f"--claims {name}: it is about other models than {labels}, or compares models")
+        chosen[name] = (claim, declared.get(name, (claim, experiments[0].name))[1])
+    return tuple(chosen.values())
+
+
+def _is_about(claim: Any, models: Sequence[ConfiguredModel]) -> bool:
+    """Tell whether a claim is about one of the models judged, or none are named; clips have just one."""
+    labels = {model.label for model in models}
+    if claim.on == "clips":
+        return bool(labels <= claim.models)
+    channel = "looming" if claim.about == "looming" else "hs"
+    responds = any(channel in model.channels for model in models)
+    return not models or (responds and all(claim.models <= {label} for label in labels))
+
+
+def _axes(study: Study, parts: Sequence[Part]) -> dict[str, Levels]:
+    """Return the axes of a study; `UsageError` for a key that there is not, and for an axis that moves nothing."""
+    readers = [(part.base_of(model), settled(model)) for part in parts for model in part.models]
+    bases = [base for base, _ in readers]
+    check_keys(study.assignments, bases, "--set")
+    axes = dict(study.axes) | levels_of(study.over, study.assignments)
+    for name, levels in axes.items():
+        if name in (*TRIAL_SCHEMA, *clips.TRIALS):
+            raise UsageError(f"axis {name}: the table of trials has that column; rename the axis")
+        texts = [text for level in levels.values() for text in level]
+        check_keys(texts, bases, "--over" if name not in study.axes else f"axis {name}:")
+        if texts and not any(moves(levels, base, fixed) for base, fixed in readers):
+            raise UsageError(f"axis {name}: the models have settled that themselves, so that it moves nothing")
+    return axes
+
+
+def _renderings(
+    part: Part, study: Study, axes: Mapping[str, Levels], parameters: dict[str, dict[str, Any]]
+) -> list[tuple[Any, ...]]:
+    """Return the trials of one experiment that points share, and note the points' values in ``parameters``.
+
+    Each has conditions and trials (`Part.render`), the models by label, and of each point the models by their names.
+    """
+    texts = {point: [text for name, level in point for text in axes[name][level]] for point in points_of(axes)}
+    by_setting: dict[tuple[tuple[str, str], ...], list[Point]] = {}
+    for point in texts:
+        by_setting.setdefault(tuple(sets(texts[point], part.base).items()), []).append(point)
+    renderings: list[tuple[Any, ...]] = []
+    for setting, members in by_setting.items():
+        variants: dict[str, ConfiguredModel] = {}
+        watching: dict[Point, dict[str, ConfiguredModel]] = {}
+        labels: dict[Any, str] = {}
+        pairs = [(place, model, point) for place, model in enumerate(part.models) for point in members]
+        if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
+            pairs.sort(key=lambda pair: members.index(pair[2]))
+        for place, model, point in pairs:
+            if model.text in study.models and any(
+                model.text not in study.only.get(level, study.models) for _, level in point
+            ):
+                continue
+            base, fixed = part.base_of(model), settled(model)
+            moved = [(name, level) for name, level in point if moves(axes[name], base, fixed)]
+            values = {key: value for key, value in sets(texts[point], base).items() if key not in fixed}
+            named = [level if name in study.axes else f"{name}={level}" for name, level in moved]
+            name = " ".join(filter(None, (model.label if place else "", *named))) or model.label
+            label = labels.setdefault((place, *values.items()), name)  # points that are alike there share it
+            for axis, level in point:
+                if axis in parameters:
+                    parameters[axis][label] = values_of(axes[axis])[level] if (axis, level) in moved else None
+            own = {key.partition(".")[2]: value for key, value in values.items()
+                   if key.partition(".")[0] == model.section}  # fmt: skip
+            network = changed(model.section, model.network, own)
+            variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
+            watching.setdefault(point, {})[model.label] = variants[label]
+        if watching:
+            renderings.append((*part.render(dict(setting)), variants, watching))
+    return renderings

@@ -1,0 +1,191 @@
+"""The session behind the page: models that watch a trial of the simulation, and what a person may do with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import cast
+
+import cv2
+
+from colias_sim import Pose
+from dsnn import Response
+from experiments.base.errors import UsageError, as_usage_error
+from experiments.base.files import new_folder
+from experiments.declare.conditions import LONGEST_FRAMES, Change, Hand, Place, RobotName, place_of
+from experiments.declare.experiment import visit
+from experiments.kinds.api import run
+from experiments.kinds.result import Run
+from experiments.kinds.trials import checked
+from experiments.settings.settings import assignments
+from experiments.show.play import ModelRunner, Sample, Showing, change
+from experiments.show.robot import HandDrive, RobotSource, trials_of
+from scenes import ARENA_RADIUS_CM
+
+START: Mapping[RobotName, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
+"""Places at the start: the stimulus is out of view and points across it."""
+ROBOTS = tuple(START)
+ROOM_CM = 3.0
+"""Distance that robots keep from the wall, and that their middles keep beyond touching."""
+
+
+class Session:
+    """Models that watch a trial without an end.
+
+    A new parameter of the apparatus begins a new trial, with the robots where they are. Commands to robots and
+    parameters of models change within a trial, from the next frame on. A change that is refused raises `UsageError`,
+    and the trial goes on.
+
+    Attributes
+    ----------
+    settings
+        Parameter -> text, as after ``--set``.
+    values
+        Model's label -> parameter -> text, of the parameters that were changed on the page.
+    showing
+        The frames, and the models that watch them.
+    number
+        Frames since the beginning of the trial.
+    cost_s
+        Model's label -> time that it took for the last frame.
+    interval_s
+        Time between two frames.
+    speed_cm_s
+        Speed at which robots are driven; a new one is for robots under way too.
+
+    Parameters
+    ----------
+    models, texts, seed
+        Models, ``SECTION.NAME=VALUE`` texts, and the seed of every trial.
+    """
+
+    def __init__(self, models: Sequence[str], texts: Sequence[str] = (), seed: int = 0) -> None:
+        cv2.setNumThreads(1)
+        self.models, self.seed, self.speed_cm_s = tuple(models), seed, 8.0
+        self.settings = dict(text.partition("=")[::2] for text in texts)
+        self.values: dict[str, dict[str, str]] = {}
+        self.cost_s: dict[str, float] = {}
+        self._moves: dict[RobotName, tuple[float, float]] = {}
+        self._begin(self.settings, START)
+
+    @property
+    def runners(self) -> list[ModelRunner]:
+        """The models that watch."""
+        return self.showing.runners
+
+    @property
+    def responses(self) -> dict[str, Response | None]:
+        """The models' responses to the last frame, by label; ``None`` of one that raised."""
+        return dict(zip((runner.label for runner in self.runners), self.showing.responses, strict=True))
+
+    @property
+    def poses(self) -> dict[str, Pose]:
+        """Where the robots are."""
+        return {name: robot.pose for name, robot in self.trial.sim.robots.items()}
+
+    def step(self) -> Sample:
+        """Advance by a frame, and return it.
+
+        Raises
+        ------
+        TrialError
+            The trial failed.
+        """
+        if self._drive.over:
+            self.begin(None)
+        self._command()
+        before = [runner.seconds for runner in self.runners]
+        sample = next(self._samples)
+        self.number += 1
+        costs = zip(self.runners, before, strict=True)
+        self.cost_s = {runner.label: runner.seconds - earlier for runner, earlier in costs}
+        return sample
+
+    def begin(self, places: Mapping[RobotName, Place] | None = START) -> None:
+        """Begin a trial, with the robots at these places; ``None``: where they are."""
+        self._begin(self.settings, places)
+
+    def _begin(self, settings: dict[str, str], places: Mapping[RobotName, Place] | None) -> None:
+        places = places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
+        hand = visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
+        (spec,) = trials_of(*checked(hand, self.models, assignments(settings), 1, self.seed), self.seed)
+        with as_usage_error():
+            showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False)
+        self.settings, self.spec, self._places = settings, spec, places
+        self.trial: RobotSource = showing.source
+        self._drive = cast(HandDrive, self.trial.drive)
+        self.interval_s = self.trial.sim.frame_interval
+        self._changes: list[Change] = []
+        self._moves.clear()
+        self.showing, self._samples, self.number = showing, iter(showing), 0
+        for label, values in self.values.items():
+            self._change(label, values)
+
+    def set(self, key: str, text: str) -> None:
+        """Change a parameter of the apparatus, from a new trial on."""
+        self._begin({**self.settings, key: text}, None)
+
+    def change(self, model: str, name: str, text: str) -> None:
+        """Change a parameter of a model, from the next frame on, where the model restarts from rest."""
+        self._change(model, {name: text})
+        self.values.setdefault(model, {})[name] = text
+
+    def _change(self, model: str, values: Mapping[str, str]) -> None:
+        change(self.runners, model, values)
+        self._changes += [(self.number, model, name, text) for name, text in values.items()]
+
+    def reset_parameters(self) -> None:
+        """Give every model its first parameters, from the next frame on."""
+        for runner in self.runners:
+            if changed := self.values.pop(runner.label, None):
+                first = assignments({name: getattr(runner.chosen.network, name) for name in changed})
+                self._change(runner.label, dict(text.split("=", 1) for text in first))
+
+    def drive(self, robot: RobotName, ahead: float, turn: float = 0.0) -> None:
+        """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
+        self._moves[robot] = (ahead, turn)
+
+    def _command(self) -> None:
+        poses = self.poses
+        for robot in ROBOTS:
+            ahead, turn = self._moves.get(robot, (0.0, 0.0))
+            if _blocked(poses[robot], poses["observer" if robot == "stimulus" else "stimulus"], ahead):
+                ahead = 0.0
+            self._drive.command(robot, float(ahead * self.speed_cm_s), float(turn))
+
+    def hand(self) -> Hand:
+        """Return the commands and changes since the trial began, as data."""
+        if not self.trial.number:
+            raise UsageError("nothing has happened yet")
+        places = self._places
+        return Hand(
+            self.trial.number, places["stimulus"], places["observer"],
+            tuple(c for c in self._drive.commands if c[0] < self.trial.number),
+            tuple(c for c in self._changes if c[0] < self.trial.number),
+        )  # fmt: skip
+
+    def record(self, out: Path | None = None) -> Run:
+        """Run the trial since it began once more, from its commands, into ``out`` or a new folder ``runs/live-TIME``.
+
+        The run has every frame of the page, bit for bit. A new trial begins then, with the robots where they are.
+        """
+        hand, folder = self.hand(), new_folder("live") if out is None else out
+        places = {robot: place_of(self.poses[robot]) for robot in ROBOTS}
+        done = run(
+            visit(hand), seed=self.seed, models=self.models, only=True, settings=self.settings, out=folder,
+            workers=0, quiet=True,
+        )  # fmt: skip
+        self._begin(self.settings, places)
+        return done
+
+
+def _blocked(pose: Pose, other: Pose, ahead: float) -> bool:
+    """Say whether a robot that drives on would come too near the wall or the other robot."""
+    way = math.copysign(0.01, ahead)
+    x, y = pose.x + way * math.cos(pose.heading), pose.y + way * math.sin(pose.heading)
+    here, there = math.hypot(pose.x, pose.y), math.hypot(x, y)
+    if 100 * there > ARENA_RADIUS_CM - ROOM_CM and there > here:
+        return True
+    now, then = (math.hypot(px - other.x, py - other.y) for px, py in ((pose.x, pose.y), (x, y)))
+    return 100 * then < 4.0 + ROOM_CM / 2 and then < now

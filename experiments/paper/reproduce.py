@@ -1,0 +1,527 @@
+"""Reproduction of the paper: its experiments in replicates, clips and behaviours are run, and every claim is judged.
+
+The claims of the models' own papers are judged here too, on clips of their own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from colias_sim.envs import ENVS
+from experiments import OFFLINE
+from experiments.base.console import error_console
+from experiments.base.errors import UsageError
+from experiments.base.files import Files, plain
+from experiments.declare.claim import EACH_TRIAL, PAPER, Claim, claim_ids, claims_on, find_claim, texts
+from experiments.declare.experiment import Experiment
+from experiments.declare.study import WHOLE, Study, shipped
+from experiments.judge import motion, stored
+from experiments.judge.count import LEAST_JUDGED, count
+from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
+from experiments.judge.judge import judge as judge_rows
+from experiments.judge.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
+from experiments.judge.scores import LEAST_SEEDS
+from experiments.judge.verdict import Outcome, Verdict
+from experiments.kinds import clips as offline
+from experiments.kinds import episodes as behave
+from experiments.kinds import registry, sweep, sweep_plan
+from experiments.kinds import trials as robot_run
+from experiments.kinds.result import Run, whole_networks
+from experiments.kinds.sweep import EVERY_MODEL, Sweep
+from experiments.kinds.trials import plan
+from experiments.paper.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
+from experiments.paper.claims import footage, model_clips
+from experiments.paper.claims.clips import LEAST_GREYS, with_model
+from experiments.paper.claims.models import model_claims
+from experiments.paper.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
+from experiments.paper.claims.robot import FALLING, ROBOT_SPEEDS
+from experiments.paper.clips import PER_FRAME, prefix
+from experiments.paper.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
+from experiments.paper.studies.onboard import BEST, probe_of
+from experiments.paper.studies.onboard import STUDY as ONBOARD
+from experiments.paper.studies.robot import DEFAULTS
+from experiments.paper.studies.robot import SENSITIVITY as SENSITIVE
+from experiments.show.clips import OfflineExperiment
+from experiments.show.episodes import short_name
+from experiments.store import provenance
+from experiments.store.description import THRESHOLDS, begin_whole
+from experiments.store.runs import Batch
+from experiments.store.workers import Workers
+
+PLAYERS: Mapping[str, tuple[str, ...]] = {
+    AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
+    OPTOMOTOR: ("optomotor-pi", "optomotor", "still", "oracle-heading"),
+    FIXATION: ("fixation-pi", "fixation", "still", "oracle-target"),
+}
+"""Env -> who plays there."""
+MORE_MODELS = ("dsn2017",)
+"""The models shown with the DSNN unless others are named."""
+SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
+"""Experiments without claims that the report shows, at the first seed alone."""
+SHORT = (
+    "clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone",
+)  # fmt: skip
+"""The off-line experiments without grids of long clips."""
+READ_OFF = ("background", "constants-2017", "constants-emd")
+"""The studies whose points are clips of an off-line experiment of the same name."""
+Shown = tuple[Batch[Any], Sequence[Mapping[str, Any]]]
+"""An off-line experiment and its rows."""
+NEEDS: Mapping[str, str] = {
+    "clips": "its off-line experiment was not run (--quick and --robot-only leave some out)",
+    "footage": "needs footage of your own: colias watch FILE --judge",
+    "robot": "none of the experiments here declares this claim",
+}
+"""What a claim is judged on -> what it would take to judge it, where nothing here does."""
+REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
+"""Folders of the trials other than replicate 0's."""
+COUNTED = (*READ_OFF, SENSITIVITY, SENSITIVITY_CLIPS, ONBOARD.name)
+"""The studies whose counts the report has, each in ``NAME.json``, as far as they are run."""
+
+
+# What is run.
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """The scale of a reproduction: how much of each part is run.
+
+    Parameters
+    ----------
+    replicates
+        Replicates of the experiments with the robot, 1 or more. Replicate r has the seed of the run plus r.
+    repeats
+        Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it unjudged.
+    moves
+        Whether to run one replicate with each thing moved that the studies of sensitivity name, and clips so too.
+    offline_replicates
+        Replicates of the off-line experiments in which anything is random; the others have one.
+    episodes
+        Episodes of each behaviour.
+    steps
+        Frames of an episode at most; otherwise the env's own number.
+    offline
+        The off-line experiments to run.
+    onboard
+        Whether the network in the robot's own arithmetic watches the other replicates too.
+    """
+
+    replicates: int
+    repeats: int
+    moves: bool
+    offline_replicates: int
+    episodes: int
+    steps: int | None = None
+    offline: tuple[str, ...] = OFFLINE
+    onboard: bool = False
+
+
+QUICK = Scale(2, EACH_TRIAL, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
+USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
+FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60, onboard=True)
+
+
+Plans = dict[str, Batch[Any] | Sweep]
+"""Folder -> what is run there: experiments with the robot, the paper's first, then clips, behaviours and sweeps."""
+
+
+def planned(
+    scale: Scale, seed: int, models: Sequence[str] = MORE_MODELS, extra: Sequence[str] = (), robot_only: bool = False,
+) -> Plans:  # fmt: skip
+    """Plan a reproduction.
+
+    Parameters
+    ----------
+    scale, seed
+        How much to run, and the first seed.
+    models
+        Further models that see the experiments' frames; the claims are judged on the DSNN.
+    extra
+        Experiments, names or files, that are run and shown too.
+    robot_only
+        Whether to leave out clips and behaviours.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+    """
+    labels = [MODEL, *(name for name in models if name != MODEL)]
+    robot = [
+        plan(registry.load(name), _models(name, labels), (), scale.repeats, seed)
+        for name in (*registry.paper_experiments(), *SHOWN, *extra)
+    ]
+    names = [part.name for part in robot]
+    ours = (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE, *map(_behaved, PLAYERS))
+    for name in names:
+        if names.count(name) > 1 or name in ours:
+            raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
+    plans: Plans = dict(zip(names, robot, strict=True))
+    if not robot_only:
+        for name in scale.offline:
+            clips = registry.find(name)
+            assert isinstance(clips, OfflineExperiment)
+            repeated = scale.offline_replicates if clips.repeats > 1 else None  # with one repeat nothing is random
+            plans[name] = offline.plan(clips, clips.models, (), repeated, seed)
+        for env in PLAYERS:  # all at the same seeds
+            whole = ENVS[env].max_episode_steps
+            plans[_behaved(env)] = behave.episodes(
+                PLAYERS[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole)
+            )
+    if scale.replicates > 1:
+        plans[REPLICATES] = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
+    if scale.moves:
+        plans[SENSITIVITY] = sweep_plan.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed)
+    if scale.moves and not robot_only:
+        plans[SENSITIVITY_CLIPS] = sweep_plan.planned(SENSITIVE_ON_CLIPS, seed)
+    return plans
+
+
+def _behaved(env: str) -> str:
+    """Return the folder of an env's episodes."""
+    return f"behave-{short_name(env).partition('-')[0].lower()}"
+
+
+def _models(experiment: str, labels: Sequence[str]) -> list[str]:
+    """Return the models of one experiment: its own, those of all, and the looming detectors where a claim needs them.
+
+    An experiment that compares variants of the DSNN, or is shown for its mechanism, has its own alone.
+    """
+    declared = registry.load(experiment)
+    if len(declared.models) > 1 or experiment in SHOWN:
+        return list(declared.models)
+    return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
+
+
+def replicates_plan(
+    replicates: int, repeats: int, seed: int, *, onboard: bool = False,
+) -> Sweep:  # fmt: skip
+    """Plan replicates of the paper's experiments with the robot: a study without a grid.
+
+    Parameters
+    ----------
+    replicates, repeats, seed
+        How many replicates, trials of each condition in one, and the seed of the first.
+    onboard
+        Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+    """
+    models = {
+        name: [
+            *asked_models(declared),
+            *((BEST,) if onboard and len(declared.models) == 1 else ()),  # others compare moves of the network
+        ]
+        for name in registry.paper_experiments()
+        for declared in [registry.load(name)]
+    }
+    study = Study(
+        REPLICATES, "the paper's experiments at several seeds", claims=tuple(registry.answering()),
+        experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
+        probe=probe_of(MODEL, BEST) if onboard else None,
+    )  # fmt: skip
+    return sweep_plan.planned(study, seed, models)
+
+
+def design(plans: Plans) -> dict[str, Any]:
+    """Return what ``design.json`` holds beside scale and seed: versions, and a digest of all that decides the numbers.
+
+    The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
+    of versions and code. Two reproductions with one digest should differ in no number.
+    """
+    runs = [part.description for part in plans.values() if isinstance(part, Batch)]
+    computes = (*provenance.KEYS, "form", THRESHOLDS, "kind", "recordings", "recorded", "reference")
+    parts = {
+        "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
+        "studies": [(part.study.name, part.specs) for part in plans.values() if isinstance(part, Sweep)],
+        "claims": {claim: (texts()[claim]["says"], texts()[claim]["source"]) for claim in claim_ids(PAPER)},
+        "least": [{claim.id: claim.least for claim in claims_on("robot").values()},
+                  {claim.id: claim.conditions for claim in claims_on("clips").values()},
+                  LEAST_GREYS, motion.LEAST_SECONDS, LEAST_SEEDS],
+        "bounds": [SPEED_TOLERANCE, PATH_TOLERANCE_MM],
+    }  # fmt: skip
+    digest = hashlib.sha256(json.dumps(parts, default=plain).encode()).hexdigest()
+    return {"digest": digest, "versions": provenance.versions()}
+
+
+# Running and judging.
+
+
+def reproduce(
+    folder: Path, scale: Scale, seed: int, plans: Plans, pool: Workers
+) -> tuple[list[Verdict], list[Mapping[str, Any]]]:
+    """Run what is missing in a folder, judge every claim, and write the verdicts and the figures of studies there.
+
+    Parameters
+    ----------
+    folder
+        A new one, or one that holds a part of this reproduction.
+    scale, seed, plans
+        As `planned` takes them, and what it returns.
+    pool
+        Workers, or a cluster.
+
+    Returns
+    -------
+    verdicts, failures
+        The verdicts on the paper's claims, then on ours about behaviours; and what failed, of all parts.
+    """
+    from experiments.draw import style  # not before: workers do without matplotlib
+    from experiments.draw import sweep as report
+
+    if not pool.quiet:
+        error_console.print(f"{pool.where()}, into {folder}")
+    begin_whole(folder, "reproduction")
+    runs: dict[str, Run] = {}
+    counts: dict[str, Sweep] = {}
+    with pool.running():
+        for name, part in plans.items():
+            if isinstance(part, Sweep):
+                counts[name] = sweep.play(part, folder / name, pool)
+            elif isinstance(declared := part.description["experiment"], OfflineExperiment):
+                runs[name] = offline.run(part, folder / name, pool, recordings=declared.recorded)
+            elif isinstance(declared, Experiment):
+                runs[name] = robot_run.run(part, folder / name, pool, recordings=True)
+            else:
+                runs[name] = behave.run(part, folder / name, pool)
+    failures = [failure for counted in counts.values() for failure in counted.failures]
+    failures += [failure for run in runs.values() for failure in run.failures.to_dicts()]
+    shows = [(part, whole_networks(runs[name])) for name, part in plans.items()
+             if isinstance(part, Batch) and runs[name].kind == "clips"]  # fmt: skip
+    specs = [spec for name in registry.paper_experiments() for spec in plans[name].specs]
+    every = [replicate(specs, [row for name in registry.paper_experiments() for row in whole_networks(runs[name])])]
+    if REPLICATES in counts:
+        every += counts.pop(REPLICATES).replicates[(), EVERY_MODEL]
+    studies = [*_read_off(shows), *counts.values()]
+    if scale.onboard and SENSITIVITY in counts:
+        studies.append(onboard(every, counts[SENSITIVITY]))
+    paper = verdicts(every, shows)
+    own = [verdict for run in runs.values() if run.kind == "episodes" for verdict in run.verdicts]
+    files = Files(folder)
+    files.write_json("design.json", {
+        "seed": seed, "scale": dataclasses.asdict(scale), **design(plans),
+        "parts": list(dict.fromkeys([*plans, *(counted.study.name for counted in studies)])),
+    })  # fmt: skip
+    files.write_json("claims.json", stored.document(paper))
+    files.write_json("behaviours.json", stored.document(own))
+    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})
+    files.write_json("readings.json", list(other_readings(every, shows, list(counts.values()))))
+    for counted in studies:
+        files.write_json(f"{counted.study.name}.json", counted.described())
+        style.save(report.draw(counted), folder / counted.study.name)
+    return [*paper, *own], failures
+
+
+def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
+    """Yield the counts of the studies whose points are clips of off-line experiments."""
+    for part, shown in shows:
+        if part.name in READ_OFF:
+            study = dataclasses.replace(shipped(part.name), replicates=part.description["repeats"])
+            yield sweep.read(sweep_plan.planned(study, part.description["seed"]), shown)
+
+
+def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
+    """Count the claims in the robot's own arithmetic, on the reproduction's own replicates.
+
+    It watched replicate 0 with the moves of the network, whose seed is the same.
+    """
+    labels = (MODEL, BEST)
+    study = dataclasses.replace(ONBOARD, models=labels, repeats=moved.study.repeats, replicates=len(every))
+    defaults = (("moved", DEFAULTS),)
+    given: dict[Any, Sequence[Replicate]] = {
+        ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
+    }
+    return dataclasses.replace(sweep_plan.planned(study, moved.seed), replicates=given)
+
+
+def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:
+    """Judge every claim of the paper, in its order; one that nothing here judges says what it would take.
+
+    Parameters
+    ----------
+    every
+        The experiments with the robot, in each replicate, replicate 0 first.
+    shows
+        The off-line experiments. A claim that a silent network would satisfy is held against the clips of all.
+    """
+    every_clip = [row for _, shown in shows for row in shown]
+    by_clips = {verdict.id: verdict for part, shown in shows for verdict in offline.verdicts(part, shown, every_clip)}
+    return [_verdict(claim, every, by_clips.get(claim)) for claim in claim_ids(PAPER)]
+
+
+def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> Verdict:
+    place = registry.answering().get(claim, "")
+    if clips is not None and place:  # the clips at their first seed are a part of each replicate with the robot
+        parts = [{"clips": clips.outcome, "the robot": judge(claim, part)} for part in every]
+        experiment = f"{clips.experiment}, {place}"
+        return find_claim(claim, "robot").verdict(list(map(Outcome.together, parts)), experiment=experiment)
+    if clips is not None:
+        return clips
+    if not _about_the_robot(claim):
+        on = next(on for on in NEEDS if claim in claims_on(on))
+        return find_claim(claim, on).verdict([Outcome.unjudged(NEEDS[on])])
+    asked = find_claim(claim, "robot")
+    places = places_of(asked, place, {row["experiment"] for part in every for row in part.rows})
+    return asked.verdict([judge(claim, part) for part in every], experiment=", ".join(places))
+
+
+def _about_the_robot(claim: str) -> bool:
+    """Return whether trials with the robot alone answer for a claim."""
+    return claim in registry.answering() and claim not in claims_on("clips") and claim != footage.CLAIM
+
+
+def judge(claim: str, trials: Replicate) -> Outcome:
+    """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
+    return judged(find_claim(claim, "robot"), trials, registry.answering()[claim])
+
+
+def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
+    """Judge each claim about the robot on the trials of all replicates together."""
+    rows = tuple(row for part in every for row in part.rows)
+    lost = sum((Counter(part.lost) for part in every), Counter[tuple[str, str]]())
+    together = Replicate(rows, lost, every[0].thresholds)
+    return {claim: judge(claim, together) for claim in claim_ids(PAPER) if _about_the_robot(claim)}
+
+
+def other_readings(
+    every: Sequence[Replicate], shows: Sequence[Shown], moved: Sequence[Sweep]
+) -> Iterator[dict[str, str]]:
+    """Yield what claims came to under other readings of the paper than those taken, as far as any was run.
+
+    Parameters
+    ----------
+    every, shows
+        The experiments with the robot in each replicate, and the off-line ones.
+    moved
+        The studies of sensitivity, whose levels have the names of the other readings.
+
+    Yields
+    ------
+    dict of str to str
+        ``reading``, ``claim``, the other reading in ``under``, and what it ``came_to``.
+    """
+    levels = {
+        (point[0][1], claim): outcomes
+        for counts in moved
+        for (point, model, claim), outcomes in counts.outcomes.items()
+        if model == MODEL
+    }
+    for reading, others in READINGS.items():
+        for claim in bears_on(reading):
+            for other in others:
+                outcomes: Sequence[Outcome] = levels.get((other, claim), ())
+                if reading == DELAYS:
+                    outcomes = [_with_falling_delays(claim, part) for part in every]
+                elif reading == UNITS:
+                    outcomes = _by_frame(claim, shows)
+                elif reading == WINDOW:
+                    outcomes = [judge("C29", part) for part in every]  # C29 says the same of one time window
+                if outcomes:
+                    held = count(outcome.verdict for outcome in outcomes).sentence()
+                    came_to = f"{held}; decided by: {outcomes[0].deciding}"
+                    yield {"reading": reading, "claim": claim, "under": other, "came_to": came_to}
+
+
+def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
+    """Judge a claim on the variant of ensembles whose delays fall with spacing, at the paper's speeds."""
+    rows = [row for row in trials.of(FALLING) if row["experiment"] == "ensembles"]
+    rows = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
+    outcome = judge_rows(claim, rows, trials.threshold(FALLING))
+    lost = trials.lost.get(("ensembles", FALLING), 0)
+    return outcome.withheld(f"{lost} trial{'s' * (lost != 1)} failed") if lost else outcome
+
+
+def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
+    """Judge a claim at every seed, on those clips of clutter-frames that are its own in pixels a frame."""
+    begins = next(prefix(experiment) for experiment in PER_FRAME if claim in experiment.claims)
+    outcomes = []
+    for part, shown in (show for show in shows if show[0].name == "clutter-frames"):
+        own = [row for row in shown if row["clip"].startswith(begins)]
+        for repeat in sorted({row["repeat"] for row in own}):
+            of_seed = [row for row in own if row["repeat"] == repeat]
+            threshold = offline.thresholds(part)[find_claim(claim, "clips").spiking]
+            outcomes.append(judge_rows(claim, of_seed, threshold, shown, on="clips"))
+    return outcomes
+
+
+# The claims of the models' own papers.
+
+SEEDS = 5
+"""Seeds of those clips of the models' claims in which anything is random."""
+
+
+def asked(models: Sequence[str]) -> list[tuple[Claim, str]]:
+    """Return the claims of models, with settings or without, each with the model's name; ``all``: those that have some.
+
+    A claim names the variants of the model that it is about. Raises `UsageError` for a model whose paper has no claim.
+    """
+    names = dict.fromkeys(name for model in models for name in (model_claims() if model == "all" else (model,)))
+    found = []
+    for name in names:
+        base, _, settings = name.partition(":")
+        if base not in model_claims():
+            known = ", ".join(model_claims())
+            raise UsageError(f"--model {name}: no claims of its own paper are written down; they are of {known}, all")
+        for claim in model_claims()[base]:
+            for label in sorted(claim.models) if settings else ():
+                claim = with_model(claim, label, f"{label}{',' if ':' in label else ':'}{settings}")
+            found.append((claim, name))
+    return found
+
+
+def judge_models(
+    folder: Path, models: Sequence[str], seed: int, pool: Workers
+) -> tuple[list[Verdict], list[dict[str, Any]]]:
+    """Show models the clips that the claims of their own papers are about, judge, and write ``model_claims.json``.
+
+    Parameters
+    ----------
+    folder
+        A new one, or one that holds a part of this run.
+    models
+        As of `asked`.
+    seed
+        Seed of the first replicate.
+    pool
+        Workers, or a cluster.
+
+    Returns
+    -------
+    list of Verdict, list of mapping
+        A verdict for each claim and model, and the clips that failed.
+    """
+    wanted = asked(models)
+    labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in sorted(claim.models)))
+    names = dict.fromkeys(name for claim, _ in wanted for name in claim.conditions.get("clip", ()))
+    rows: list[dict[str, Any]] = []
+    failures: list[dict[str, Any]] = []
+    thresholds: dict[str, float | None] = {}
+    with pool.running():
+        for name, repeats in (("even", 1), ("gratings", SEEDS)):
+            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in model_clips.RANDOM) == (repeats > 1))
+            if clips:
+                shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
+                part = offline.plan(shown, labels, (), None, seed, frames=False)
+                thresholds |= offline.thresholds(part)
+                with part.run(folder / name, pool) as run:
+                    failures += run.failures()
+                    rows += run.table("trials").to_dicts()
+    found = []
+    for claim, model in wanted:
+        random = not model_clips.RANDOM.isdisjoint(claim.conditions.get("clip", ()))
+        outcomes: list[Any] = []
+        for repeat in range(SEEDS if random else 1):  # once, where nothing in it is random
+            of_seed = [row for row in rows if row["experiment"] == "even" or row["repeat"] == repeat]
+            if claim.conditions:
+                outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
+            else:  # no clip tests it, and its judge says why
+                outcomes.append(claim.judge(pl.DataFrame({"model": labels}), 0.0))
+        found.append(claim.verdict(outcomes, random=random, model=model, experiment="clips"))
+    Files(folder).write_json("model_claims.json", stored.document(found))
+    return found, failures

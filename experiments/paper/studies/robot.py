@@ -1,0 +1,168 @@
+"""Studies and fits of the claims about the robot: eyes, wheels, and each parameter moved by itself."""
+
+from typing import Any
+
+import polars as pl
+
+from colias_sim.registers import GAMMA_VENDOR
+from experiments import Fit, Study
+from experiments.paper.studies.onboard import BEST, CLAIMS, probe_of
+
+WHOLE = ("general", "speed", "distance", "angular-approach", "angular-recession")
+"""The paper's experiments with the robot."""
+OV7670 = "camera.preset=ov7670"
+DEFAULTS = "defaults"
+
+EYES = {"default": (), "ov7670": (OV7670,)}
+WHEELS = {"pose feedback": (), "open loop": ("robot.preset=colias4",)}
+
+
+def driven(result: Any) -> dict[str, list[dict[str, Any]]]:
+    """Return how the stimulus moved at each point: mean errors of its speed, and of its distance from the path."""
+    rows = []
+    for point, model in result.judged:
+        trials = result.rows(point, model).unique("trial", keep="last")  # some are shown to several models
+        speed = (pl.col("achieved_speed_cm_s") / pl.col("speed_cm_s") - 1.0).abs().mean()
+        errors = trials.select(speed.alias("speed error"), pl.col("path_error_mm").mean().alias("path error (mm)"))
+        rows.append({**dict(point), "trials": trials.height, **errors.row(0, named=True)})
+    return {"How the stimulus moved": rows}
+
+
+FIDELITY = Study(
+    name="fidelity",
+    summary="the claims about the robot with the default camera or its own, with pose feedback or its wheels open loop",
+    claims=(*CLAIMS, "C21", "C29", "C31"),
+    axes={"eye": EYES, "wheels": WHEELS},
+    models=(),  # those that each claim is about
+    tables=driven,
+)
+"""The claims about the robot with the model of its eye, and with its wheels; not those of speeds beyond these."""
+
+# No source says whether the robot's gamma curve was on, where its exposure loop meters, which mean grey it aimed at,
+# how its lens falls off, or how bright its arena was. More light would shorten an exposure of 3 ms, whose motion blur
+# is hardly seen. A tenth lengthens it to some 29 ms: by 2 renders of it in 4 bands of rows, not 8 in 6, HS of crossings
+# at 4 to 10 cm/s differs by 0.006 rms and spikes by one at most, in a quarter of the time.
+LIGHTS = {"1": (), "0.1": ("scene.light=0.1", "camera.exposure_samples=2", "camera.row_bands=4")}
+TARGETS = {f"{target}": (f"camera.ae_target={target}",) for target in (60, 108, 150)}
+"""Mean grey that the exposure loop aims at: darker than after a reset, as after a reset, and brighter."""
+GAMMA, LUMA = (OV7670, "camera.gamma=true"), "camera.ae_meter=luma"
+RANGE = {
+    "default": ("camera.preset=default", "camera.ae_target=108", "camera.exposure_samples=1", "camera.row_bands=6"),
+    "ov7670": (OV7670,),
+    "ov7670, falloff": (OV7670, "camera.vignetting=4"),
+    "gamma, metered": (*GAMMA, LUMA),
+    "gamma, not metered": GAMMA,
+    "steep gamma, metered": (*GAMMA, f"camera.gamma_points={','.join(map(str, GAMMA_VENDOR))}", LUMA),
+}
+"""The default eye has no loop, so one target is enough, and one render of all rows. The others are ``ov7670`` with a
+lens that falls off as the cosine to the fourth, with the sensor's gamma curve after a reset, or with the vendor's
+steeper one. A loop that meters the curve sees its luma, another the light before it."""
+EYE_RANGE = Study(
+    name="eye-range",
+    summary="C13 to C20 over gamma, metering, falloff, exposure target and light, beside the eyes default and ov7670",
+    claims=CLAIMS,
+    axes={"light": LIGHTS, "target": TARGETS, "eye": RANGE},
+    repeats=5,
+    replicates=2,
+)
+"""C13 to C20 under the range of what is not known about the robot's eye and its light, beside the two fixed eyes."""
+
+NETWORK = {
+    "N_p = 0": "n_p=0",
+    "N_p = 6": "n_p=6",
+    "d = 4": "d=4",
+    "N_con = 4": "n_con=4",
+    "tau_s = 10 for all": "tau_s=10,10",
+    "tau_s = 200 for all": "tau_s=200,200",
+    "tau_s falling, 200..10": "tau_s=200,10",
+    "K_sp = 2": "k_sp=2",
+    "K_sp = 3": "k_sp=3",
+    "T_sp = 0.16": "t_sp=0.16",
+    "no FDSR": "fdsr=false",
+}
+"""Each parameter at the end of the paper's own range that the default is not at, K_sp also within it; the last is its
+forerunner."""
+READINGS = {
+    "F not rectified": "rectified=false",
+    "LA by the centre's sign": "polarity=centre",
+    "exact low-pass": "lowpass=exact",
+}
+"""The equations that the paper leaves open, read otherwise; in float alone, as `dsnn.onboard.params.READINGS` says."""
+APPARATUS = {
+    "no camera noise": ("camera.shot_noise=0", "camera.read_noise=0"),
+    "camera noise x 2": ("camera.shot_noise=2.56", "camera.read_noise=1.28"),
+    "light x 0.7": ("scene.light=0.7",),
+    "dim arena": ("scene.arena=dim",),
+    "plain wall": ("scene.arena=plain",),
+    "wall contrast x 2": ("scene.wall_contrast=2",),
+    "sudden starts, 100 cm/s2": ("experiment.acceleration_cm_s2=100",),
+    "soft starts, 10 cm/s2": ("experiment.acceleration_cm_s2=10",),
+}
+MOVED = {
+    DEFAULTS: (),
+    **{name: (f"dsnn.{text}", f"{BEST}.{text}") for name, text in NETWORK.items()},
+    **{name: (f"dsnn.{text}",) for name, text in READINGS.items()},
+    **APPARATUS,
+}
+SENSITIVITY = Study(
+    name="sensitivity",
+    summary="C13 to C20 and C29 with one thing moved at a time, in float and in the robot's arithmetic",
+    claims=(*CLAIMS, "C29"),
+    experiments=WHOLE,
+    axes={"moved": MOVED},
+    models=("dsnn", BEST),
+    only=dict.fromkeys((*READINGS, *APPARATUS), ("dsnn",)),
+    replicates=1,
+    probe=probe_of(DEFAULTS, f"{BEST} {DEFAULTS}"),
+)
+"""Sensitivity of the claims about the robot to each parameter of network and apparatus, moved by itself."""
+
+BOX = ("dsnn.t_sp=0.02..0.3", "dsnn.k_sp=1..3", "dsnn.n_con=4,6,8", "dsnn.d=1..4", "dsnn.tau_s.first=5..100",
+       "dsnn.tau_s.last=100..400")  # fmt: skip
+"""Parameters of the network that the paper leaves open. T goes below its 0.16 to 0.2, where the eye needs it."""
+EYE_BOX = ("camera.ae_target=60..220", "camera.gamma=false,true", "camera.vignetting=0..4", "scene.light=0.1..2")
+"""Parameters of eye and arena that no source settles, of which the study ``eye-range`` found that they matter."""
+FIT_EYE = Fit(
+    Study(
+        name="fit-eye",
+        summary="C13 to C20 together with the model of the robot's eye and its wheels",
+        claims=CLAIMS,
+        experiments=WHOLE,
+        assignments=(OV7670, "robot.preset=colias4"),
+        replicates=1,
+    ),
+    over=(*BOX, *EYE_BOX),
+    trials=2000,
+    share=20,
+    sample=64,
+    search_repeats=5,  # every setting of the eye is rendered anew; the judging anew plays the paper's ten
+)
+"""Search for a setting that keeps C13 to C20 together with the model of the robot's eye and its wheels."""
+FIT_IDEAL = Fit(
+    Study(
+        name="fit-ideal",
+        summary="C13 to C20 together under the default camera, over what the paper leaves open of the network",
+        claims=CLAIMS,
+        experiments=WHOLE,
+        replicates=1,
+    ),
+    over=BOX,
+    trials=200,
+    share=20,
+    sample=128,
+)
+"""The region in which C13 to C20 are kept together under the ideal eye: its size, and the claim that bounds it."""
+
+WINNER = ("dsnn.t_sp=0.0474296", "dsnn.k_sp=1.17751", "dsnn.n_con=6", "dsnn.d=2", "dsnn.tau_s=67.221,261.389",
+          "camera.ae_target=115.535", "camera.gamma=true", "camera.vignetting=2.17018",
+          "scene.light=1.49107")  # fmt: skip
+"""The winner of ``colias fit fit-eye`` at seed 0."""
+FITTED_FEEDBACK = Study(
+    name="fitted-feedback",
+    summary="C13 to C20 at the setting that fit-eye found, with a feedback of the pose in place of the wheels",
+    claims=CLAIMS,
+    experiments=WHOLE,
+    assignments=(OV7670, *WINNER),
+)
+"""With the robot's wheels that setting keeps C14 to C20, and C13 where a straight approach ends within 2 mm of its
+line. A feedback keeps every path on its line."""

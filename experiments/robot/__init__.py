@@ -1,0 +1,1 @@
+"""The real robot: its logs, its camera, the program of its chip."""

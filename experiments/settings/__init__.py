@@ -1,0 +1,1 @@
+"""Settings: what ``--set`` and ``--model`` mean."""

@@ -1,0 +1,465 @@
+"""Play a trial: show each frame of its sources to every model, and tabulate what they respond."""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+from threadpoolctl import threadpool_limits
+
+from dsnn import Response, ResponseError, ResponseSeries, checked_response
+from dsnn.frames import frozen
+from dsnn.model import SPIKING
+from experiments.base.errors import TrialError, UsageError, short
+from experiments.base.user_code import traced
+from experiments.settings.models import ConfiguredModel, family
+from experiments.settings.settings import changed, collect
+from experiments.store.tables import FRAME, RESPONSES, TrialRecord, recording_of
+
+FRAMES = pl.Schema({**FRAME, **RESPONSES})
+"""Columns of ``frames.parquet``: a row per frame and model."""
+FIELDS = tuple(RESPONSES)
+"""Fields of a `dsnn.ResponseSeries`, as the rows of frames have them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One frame of a source, and what is true of it.
+
+    Parameters
+    ----------
+    time_s
+        Time of the frame since the trial began, s.
+    image
+        The frame, (R, C) uint8.
+    truth
+        What is true of it, by name: poses, the motion shown, the outline of the object.
+    changes
+        Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
+    """
+
+    time_s: float
+    image: npt.NDArray[np.uint8]
+    truth: Mapping[str, Any]
+    changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+NO_IMAGE = np.zeros((0, 0), np.uint8)
+"""Placeholder for an image that was not stored."""
+
+
+class Source(Protocol):
+    """Frames that models are shown in one trial: a clip of a stimulus, a trial with the robot before one eye.
+
+    ``fps`` is its rate in 1/s, ``shape`` (R, C) that of a frame in px. ``frame_columns`` are those of
+    ``frames.parquet``: `FRAMES`, and the columns of the truth that are stored.
+    """
+
+    fps: float
+    shape: tuple[int, int]
+    frame_columns: pl.Schema
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Yield the frames in order of time, always the same ones."""
+        ...
+
+    def columns(self) -> dict[str, Any]:
+        """Return what is shown, as columns of ``trials.parquet``."""
+        ...
+
+    def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
+        """Return measures of one model's responses, as columns of ``trials.parquet``.
+
+        Parameters
+        ----------
+        model
+            The model.
+        frames
+            A row per frame: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One trial, wholly determined: `play` is a pure function of it.
+
+    Parameters
+    ----------
+    experiment
+        Name of the experiment.
+    index
+        Number of the trial in the run.
+    repeat
+        Number of the repeat of the condition.
+    seed
+        Seed of every random draw.
+    condition
+        What is shown. Its ``label()`` is its name in tables, its ``open(seed)`` the source of the frames.
+    models
+        The models that it is shown to.
+    """
+
+    experiment: str
+    index: int
+    repeat: int
+    seed: int
+    condition: Any
+    models: tuple[ConfiguredModel, ...]
+
+    def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
+        """Open the source of each eye: its name, empty for the only one, and the models that see by it."""
+        yield "", self.condition.open(self.seed), self.models
+
+    def label(self) -> str:
+        """Return the condition as tables and messages name it."""
+        return str(self.condition.label())
+
+    @property
+    def fps(self) -> float:
+        """Rate of the frames that its models are shown, 1/s."""
+        return float(self.condition.open(self.seed).fps)
+
+
+class ModelRunner:
+    """One model that is shown frames; its responses are checked. An error in it ends its own part alone.
+
+    Parameters
+    ----------
+    chosen
+        The model and its parameters.
+    shape
+        (R, C) of the frames.
+    keep
+        Whether responses are stored; footage may be endless.
+
+    Attributes
+    ----------
+    network
+        The model's parameters as they are now.
+    maps
+        Whether it is asked for layer maps; only a model whose ``step`` knows this keyword gives them.
+    responses
+        The responses so far, on the declared channels alone.
+    pictures
+        Its layer maps so far, as images (4, R, C) of 8 bits, a quarter of the maps' size.
+    seconds
+        Time that the model has taken for its steps.
+    trouble
+        The traceback of what it raised, or the fault of a response; empty while there is none.
+    """
+
+    def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True) -> None:
+        self.chosen, self.label = chosen, chosen.label
+        self.network: Any = chosen.network
+        self.maps = False
+        self.responses: list[Response] = []
+        self.pictures: list[npt.NDArray[np.uint8]] = []
+        self.seconds = 0.0
+        self.trouble = ""
+        self._shape, self._keep, self._frames = shape, keep, 0
+        self._channels = chosen.channels
+        model = self._guarded(lambda: chosen.build(shape))
+        if not self.trouble and not callable(getattr(model, "step", None)):
+            self.trouble = f"TypeError: build returned a {type(model).__name__} without step(frame)"
+        self._model: Any = model
+        self._has_maps = not self.trouble and _takes_maps(self._model.step)
+
+    @property
+    def section(self) -> str:
+        """The section of ``--set`` that its parameters are under."""
+        return family(self.label, type(self.network))
+
+    def share(self, others: Sequence[ModelRunner]) -> None:
+        """Let it share what it can with one of ``others``, which see each frame before: a network, or its front."""
+        if (other := self._like(others, "READOUT")) is not None:
+            self._model = SimpleNamespace(step=lambda _: other.read(self.network))
+        elif (other := self._like(others, "AFTER_F")) is not None:
+            self._model.follow(other._model)
+
+    def _like(self, others: Iterable[ModelRunner], parameters: str) -> ModelRunner | None:
+        """Return a model that differs in those parameters alone, which its class names."""
+        kind = type(self._model)
+        names = vars(kind).get(parameters, ())  # a class that inherits them may respond in its own way
+        for other in others:
+            if names and type(other._model) is kind:
+                same = {name: getattr(other.network, name) for name in names}
+                if replace(self.network, **same) == other.network:
+                    return other
+        return None
+
+    def read(self, params: Any) -> Response:
+        """Return its response to the last frame with another readout; see `dsnn.DSNN.read`."""
+        if self.trouble:
+            raise RuntimeError(f"{self.label}, whose network it reads, raised")
+        answer: Response = self._model.read(params)
+        return answer
+
+    def change(self, values: Mapping[str, str]) -> None:
+        """Change parameters, as ``--set`` would; the model restarts with them, and its responses so far stay.
+
+        Parameters
+        ----------
+        values
+            Parameter -> text.
+
+        Raises
+        ------
+        UsageError
+            A value is out of bounds, or there is no such parameter; nothing has changed then.
+        """
+        section = self.section
+        collected = collect([f"{section}.{name}={text}" for name, text in values.items()], {section: self.network})
+        self.network = network = changed(section, self.network, collected.get(section, {}))
+        if not self.trouble:
+            declared = self.chosen.declared
+            self._model = self._guarded(lambda: declared.build(self._shape, network))
+
+    def see(self, luma: npt.NDArray[np.uint8]) -> Response | None:
+        """Return the model's response to the next frame (R, C); ``None`` after an error."""
+        if self.trouble:
+            return None
+        frame, asked = frozen(luma), self.maps and self._has_maps
+        began = time.perf_counter()
+        answer = self._guarded(lambda: self._model.step(frame, maps=True) if asked else self._model.step(frame))
+        self.seconds += time.perf_counter() - began
+        if self.trouble:
+            return None
+        response: Response | None = self._guarded(
+            lambda: checked_response(answer, self._channels, self._shape if asked else None)
+        )
+        if response is None:
+            return None
+        self._frames += 1
+        if self._keep:
+            if response.maps is not None:
+                self.pictures.append(response.maps.pictures())
+                response = replace(response, maps=None)
+            self.responses.append(response)
+        return response
+
+    def series(self) -> ResponseSeries | None:
+        """Return the model's responses to all frames; ``None`` after an error."""
+        return None if self.trouble else ResponseSeries.from_responses(self.responses)
+
+    def _guarded(self, call: Callable[[], Any]) -> Any:
+        try:
+            return call()
+        except ResponseError as error:
+            self.trouble = f"in frame {self._frames}, {error}"
+        except Exception as error:
+            self.trouble = traced(error)
+        return None
+
+
+def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]) -> None:
+    """Change parameters of one of several models, by its label; see `ModelRunner.change`.
+
+    Raises
+    ------
+    UsageError
+        No such model is shown, or a value is out of bounds; nothing has changed then.
+    """
+    runner = next((runner for runner in runners if runner.label == model), None)
+    if runner is None:
+        raise UsageError(f"no model '{short(model)}' is shown")
+    runner.change(values)
+
+
+def _takes_maps(step: Any) -> bool:
+    try:
+        parameters = inspect.signature(step).parameters.values()
+    except (TypeError, ValueError):
+        return False
+    return any(p.name == "maps" or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
+
+
+class Showing:
+    """Frames that a source has shown so far, and the models that respond to them. Iterating shows one more.
+
+    A model that raises loses its own responses alone.
+
+    Attributes
+    ----------
+    runners
+        The models.
+    sample
+        The last frame.
+    samples
+        The frames so far, where ``keep`` is set.
+    responses
+        What each model responded to the last frame; ``None`` of one that raised.
+
+    Parameters
+    ----------
+    source, eye
+        The frames, and the name of the eye that sees them.
+    models
+        The models.
+    keep, images
+        Whether frames and responses are stored, and with the frames their images: a trial by hand may be endless,
+        and a film long.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        models: Sequence[ConfiguredModel],
+        eye: str = "",
+        *,
+        keep: bool = True,
+        images: bool = True,
+    ) -> None:
+        self.source: Any = source
+        self.eye, self._keep, self._images = eye, keep, images
+        self.runners = [ModelRunner(model, source.shape, keep=keep) for model in models]
+        self.sample: Sample | None = None
+        self.samples: list[Sample] = []
+        self.responses: list[Response | None] = []
+
+    def __iter__(self) -> Iterator[Sample]:
+        for sample in self.source:
+            for model, values in sample.changes.items():
+                change(self.runners, model, values)
+            image = frozen(sample.image)
+            self.responses = [runner.see(image) for runner in self.runners]
+            self.sample = sample
+            if self._keep:
+                self.samples.append(sample if self._images else Sample(sample.time_s, NO_IMAGE, sample.truth))
+            yield sample
+
+    def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
+        """Return each model that responded to every frame, with its responses."""
+        return [(runner.chosen, series) for runner in self.runners if (series := runner.series()) is not None]
+
+    def truth(self) -> pl.DataFrame:
+        """Return what is true of the frames, a row each."""
+        shown = self.samples
+        return pl.DataFrame({name: [sample.truth[name] for sample in shown] for name in shown[0].truth}, strict=False)
+
+
+Watch = Callable[[Showing], None]
+"""Watcher of a trial, such as a viewer: called after each frame; it changes nothing."""
+Record = Callable[[Any, Sequence[Showing], Sequence[Mapping[str, Any]]], bytes]
+"""Writes the recording of a trial from what it showed and its rows, as the bytes of an .rrd file."""
+
+
+def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch | None = None) -> list[Showing]:
+    """Show the frames of a trial to its models, eye by eye, on one thread.
+
+    Parameters
+    ----------
+    trial
+        The trial.
+    maps
+        Whether the first model's layer maps are stored.
+    images
+        Whether the frames' images are stored.
+    watch
+        Watches it.
+
+    Raises
+    ------
+    TrialError
+        Every model raised; it has their tracebacks. Or the trial itself could not be completed.
+    """
+    cv2.setNumThreads(1)  # the cores are the workers': more threads cost a second core for a sixth of the time
+    showings = []
+    with threadpool_limits(1):
+        for eye, source, models in trial.sources():
+            showing = Showing(source, models, eye, images=images)
+            showing.runners[0].maps = maps and models[0] is trial.models[0]
+            if getattr(trial.condition, "hand", None) is None:  # a hand may change parameters on the way
+                for place, runner in enumerate(showing.runners):
+                    runner.share(showing.runners[:place])
+            for _ in showing:
+                if watch:
+                    watch(showing)
+            showings.append(showing)
+    if not any(showing.series() for showing in showings):
+        raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in troubles(showings).items()))
+    return showings
+
+
+def troubles(showings: Iterable[Showing]) -> dict[str, str]:
+    """Return the label of each model that raised, with its traceback."""
+    return {one.label: one.trouble for showing in showings for one in showing.runners if one.trouble}
+
+
+def play(
+    trial: Trial, record: Record | None = None, *, frames: bool = True, maps: bool = False, images: bool = True,
+    watch: Watch | None = None,
+) -> TrialRecord:  # fmt: skip
+    """Play one trial.
+
+    Parameters
+    ----------
+    trial
+        The trial.
+    record
+        Writes its recording.
+    frames
+        Whether to keep a row per frame and model.
+    maps, images, watch
+        As of `show`.
+
+    Returns
+    -------
+    TrialRecord
+        A row per model, the rows of frames, the recording, and the models that failed.
+
+    Raises
+    ------
+    TrialError
+        As of `show`.
+    """
+    began_s = time.perf_counter()
+    showings = show(trial, maps=maps, images=images, watch=watch)
+    wall_s = time.perf_counter() - began_s
+    done = tabulate(trial, showings, wall_s, frames=frames)
+    return replace(done, recording=recording_of(lambda: record(trial, showings, done.rows))) if record else done
+
+
+def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames: bool = True) -> TrialRecord:
+    """Tabulate what the models responded in a trial: a row per model, in the trial's order, and a row per frame.
+
+    Parameters
+    ----------
+    trial, showings
+        The trial, and what it showed.
+    wall_s
+        Time that it took, s.
+    frames
+        Whether to keep a row per frame and model.
+    """
+    rows, tables = {}, {}
+    columns = showings[0].source.frame_columns
+    for showing in showings:
+        truth, source = showing.truth(), showing.source
+        shown = source.columns()
+        for model, series in showing.series():
+            table = truth.with_columns(**{name: getattr(series, name) for name in FIELDS})
+            counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
+            rows[model.label] = {
+                "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
+                "model": model.label, **shown, "spikes": counts.get(model.counted),
+                **{f"{channel}_spikes": count for channel, count in counts.items()}, **source.measures(model, table),
+                "frames": table.height, "wall_s": wall_s,
+            }  # fmt: skip
+            if frames:
+                index = table.with_columns(
+                    pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"),
+                    pl.int_range(pl.len()).alias("frame"),
+                )  # fmt: skip
+                tables[model.label] = index.select(columns.names()).cast(columns)
+    labels = [model.label for model in trial.models if model.label in rows]
+    kept = pl.concat([tables[label] for label in labels]) if frames else pl.DataFrame(schema=columns)
+    return TrialRecord(trial.index, tuple(rows[label] for label in labels), kept, None, troubles(showings))

@@ -1,0 +1,517 @@
+"""Recordings for Rerun: where things are, what is seen, and what models respond, of every kind of trial alike.
+
+A recording has these entities, on the timelines ``time`` (a duration) and ``frame``::
+
+    /world/observer, stimulus, ...   pose and looks of robots, in cm; /world/observer/wheels where an agent drives
+    /world/observer/camera           the pinhole, its image below it, and the exposure; further eyes camera_<eye>
+    /world/arena, /world/path        floor, wall and obstacles; the ways of those that move
+    /models/<model>/hs, vs, looming  potentials; also azimuth
+    /models/<model>/spikes/<channel> spikes of each frame: above 0 of preferred motion (right, down), below of null
+    /models/<model>/threshold        a line at each threshold
+    /models/<model>/maps/<layer>     layers of the DSNN: p, la, f_on, f_off
+    /reward                          the terms of an agent's reward
+
+Values are kept in columns and sent in blocks. What is equal in all recordings of a run is encoded once.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import rerun as rr
+import rerun.blueprint as rrb
+import rerun_bindings
+from rerun.chunk import Chunk, RrdReader
+
+from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.obstacles import Obstacle
+from colias_sim.shapes import robot_shapes
+from dsnn import ResponseSeries
+from dsnn.model import SPIKING
+from experiments.base.palette import HUES, colours
+from experiments.settings.models import ConfiguredModel
+from scenes import ARENA_RADIUS_CM, WALL_HEIGHT_CM
+
+APPLICATION = "colias-sim"
+BLOB = pa.list_(pa.field("item", pa.uint8(), nullable=False))
+TIMELINE = "time"
+CAMERA, IMAGE = "world/observer/camera", "image"
+Colour = tuple[int, int, int]
+Floats = npt.NDArray[np.float64]
+Images = npt.NDArray[np.uint8]
+Outlines = tuple[tuple[float, tuple[tuple[float, float], ...]], ...]
+ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
+"""Colours of pixels that became brighter, became darker, and did not change."""
+GREY: Colour = (140, 140, 140)
+LINE_WIDTH = 1.5
+"""Points of the screen."""
+SHADES = {"hs": 255, "vs": 255, "looming": 0}
+"""Channel -> the grey that lightens (VS) or darkens (looming) its line, where another has the model's colour."""
+LAYERS = {"p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"}
+MOST_LANES = 4
+"""Models below each other; more stand in columns."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedModel:
+    """A model whose responses are recorded.
+
+    Parameters
+    ----------
+    label
+        Its name in tables.
+    channels
+        The channels that it declares: these are drawn, whatever their values.
+    thresholds
+        Each channel's spiking threshold, if it has one.
+    """
+
+    label: str
+    channels: tuple[str, ...]
+    thresholds: tuple[tuple[str, float | None], ...] = ()
+
+    @classmethod
+    def of(cls, model: ConfiguredModel) -> RecordedModel:
+        """Return a configured model as recordings have it."""
+        return cls(model.label, model.channels, tuple(model.thresholds.items()))
+
+    @property
+    def spiking(self) -> list[str]:
+        """The channels that have potentials and spikes."""
+        return [channel for channel in self.channels if channel in SPIKING]
+
+    def levels(self) -> dict[float, list[str]]:
+        """Return each level that a threshold draws, with its channels: of HS and VS on both sides of 0."""
+        levels: dict[float, list[str]] = {}
+        for channel, threshold in self.thresholds:
+            if channel in self.spiking and threshold is not None:
+                for level in (threshold,) if channel == "looming" else (threshold, -threshold):
+                    levels.setdefault(level, []).append(channel)
+        return dict(sorted(levels.items()))
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """What a recording has, its values aside: equal in all trials of a run.
+
+    Parameters
+    ----------
+    models
+        The models.
+    eyes
+        The cameras whose images are there; ``""`` is the camera itself.
+    camera
+        Where it looks from a robot; ``None`` where images have no place in the world.
+    scene
+        How robots and arena look; ``None`` where there is no world.
+    robots
+        Pairs of a robot's name and its variant, of `scenes.ROBOTS`.
+    obstacles
+        Pairs of an obstacle's height and its outline on the floor, cm.
+    maps
+        The first model's layers, each with the value that has grey 0 and 255: see `map_colours`.
+    plots
+        Triples of an entity, its series' names, and the heading: exposure, wheels, reward.
+    above
+        Whether the whole arena is seen from above; otherwise the observer from behind.
+    """
+
+    models: tuple[RecordedModel, ...] = ()
+    eyes: tuple[str, ...] = ()
+    camera: CameraConfig | None = None
+    scene: SceneConfig | None = None
+    robots: tuple[tuple[str, str], ...] = ()
+    obstacles: Outlines = ()
+    maps: tuple[tuple[str, tuple[Colour, ...]], ...] = ()
+    plots: tuple[tuple[str, tuple[str, ...], str], ...] = ()
+    above: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """Values of T frames of a recording.
+
+    Parameters
+    ----------
+    time_s, frame
+        Time and number of each, (T,).
+    responses
+        A model's label -> its responses to each; a model that failed has none.
+    images
+        Eye -> images (T, R, C), or JPEG files, T of them.
+    poses
+        Robot -> (T, 3): x and y in cm, heading in degrees, counter-clockwise.
+    maps
+        Layer -> images (T, R, C).
+    plots
+        Entity -> (T, k), a value of each series.
+    """
+
+    time_s: Floats
+    frame: npt.NDArray[np.int64]
+    responses: Mapping[str, ResponseSeries] = field(default_factory=dict)
+    images: Mapping[str, Images | list[bytes]] = field(default_factory=dict)
+    poses: Mapping[str, Floats] = field(default_factory=dict)
+    maps: Mapping[str, Images] = field(default_factory=dict)
+    plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+
+
+def write(
+    content: Content, frames: Frames, name: str, identity: str | None = None,
+    properties: Mapping[str, rr.AsComponents] | None = None, more: Iterable[Chunk] = (),
+) -> bytes:  # fmt: skip
+    """Return a whole recording, as the bytes of an .rrd file.
+
+    Parameters
+    ----------
+    content, frames
+        What it has, and the values.
+    name
+        Its name for people.
+    identity
+        Tells it from others: a viewer merges recordings of one identity. Otherwise it is its own.
+    properties
+        What it says of itself: group -> values, such as those of `known`.
+    more
+        Further chunks.
+    """
+    chunks = [*static(content), *moving(content, frames), *_paths(frames), *more]
+    chunks += [Chunk.from_property(group, values) for group, values in (properties or {}).items()]
+    stream = rr.RecordingStream(APPLICATION, recording_id=identity)
+    try:
+        # In memory, not in a file: on a full disk a flush of Rerun's own writer of files may never return.
+        memory = rr.binary_stream(stream)
+        send_layout(stream, layout_chunks(content))
+        stream.send_recording_name(name)
+        stream.send_chunks(chunks)
+        recording = memory.read(flush=True)
+        assert recording, "Rerun has written nothing"
+        return recording
+    finally:
+        stream.disconnect()
+        # Of streams that nobody holds any more Rerun keeps all that they were sent (rerun#2116), until it is
+        # initialised again; like this that does nothing else.
+        rr.init(APPLICATION, init_logging=False)
+
+
+def known(values: Mapping[str, Any]) -> rr.AnyValues:
+    """Return values as a recording's properties, without those that are ``None``."""
+    return rr.AnyValues(**{name: value for name, value in values.items() if value is not None})
+
+
+def send_layout(stream: rr.RecordingStream, layout: Sequence[Chunk]) -> None:
+    """Do what ``stream.send_blueprint`` does, with a layout that is encoded already, and end the layout's own stream.
+
+    That call leaves it alive, with two threads, in every recording made. It cannot be reached from outside, so this
+    uses the functions by which Rerun 0.41 itself does it; ``test_record.py`` fails when they move.
+    """
+    blueprint = rr.RecordingStream._from_native(
+        rerun_bindings.new_blueprint(
+            application_id=APPLICATION, make_default=False, make_thread_default=False, default_enabled=True
+        )
+    )
+    memory: Any = blueprint.memory_recording()
+    blueprint.send_chunks(layout)
+    rerun_bindings.send_blueprint(memory.storage, False, True, recording=stream.to_native())
+    blueprint.disconnect()
+
+
+@lru_cache(maxsize=8)
+def layout_chunks(content: Content) -> tuple[Chunk, ...]:
+    """Return the layout of a content as chunks, encoded once."""
+    with tempfile.TemporaryDirectory(prefix="colias-") as folder:
+        path = Path(folder) / "layout.rbl"
+        page(views(content)).save(APPLICATION, str(path))
+        reader = RrdReader(path)
+        (store,) = reader.blueprints()
+        return tuple(reader.stream(store=store).to_chunks())
+
+
+def times(time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
+    """Return the timelines of frames: time in s and number, (T,) each."""
+    return [rr.TimeColumn(TIMELINE, duration=time_s), rr.TimeColumn("frame", sequence=frame)]
+
+
+def chunk(entity: str, when: Sequence[rr.TimeColumn], columns: Iterable[Any]) -> Chunk:
+    """Return columns of an entity, a value for each time; without times they hold for all."""
+    return Chunk.from_columns(f"/{entity}", when, list(columns))
+
+
+def fixed(entity: str, *archetypes: rr.AsComponents) -> Chunk:
+    """Return what stays of an entity."""
+    batches = [batch for archetype in archetypes for batch in archetype.as_component_batches()]
+    return chunk(entity, (), [batch.partition([len(batch.as_arrow_array())]) for batch in batches])
+
+
+@lru_cache(maxsize=8)
+def static(content: Content) -> tuple[Chunk, ...]:
+    """Return what stays: looks of robots, arena and series, and the lens."""
+    chunks = [chunk for model in content.models for chunk in _looks_of_series(model, content.models)]
+    for entity, names, _ in content.plots:
+        hues = [rgb(HUES[(1 - 3 * place) % len(HUES)]) for place in range(len(names))]
+        chunks.append(fixed(entity, rr.SeriesLines(names=names, colors=hues, widths=[LINE_WIDTH] * len(names))))
+    for name, tints in content.maps:
+        look = rr.AnnotationContext([rr.AnnotationInfo(id=grey, color=tint) for grey, tint in enumerate(tints)])
+        chunks.append(fixed(f"{model_entity(content.models[0].label)}/maps/{name}", look))
+    if content.scene is None:
+        return tuple(chunks)
+    chunks += [fixed("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP), *_arena(content)]
+    chunks += [fixed(f"world/{name}", *_solids(variant, content.scene)) for name, variant in content.robots]
+    if (lens := content.camera) is not None:
+        near = 4.0 / max(1.0, lens.width / lens.focal_px)  # near enough to leave the stimulus visible
+        place = rr.Transform3D(translation=[lens.forward_cm, 0, lens.up_cm], mat3x3=[[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+        pinhole = rr.Pinhole(
+            resolution=[lens.width, lens.height], focal_length=lens.focal_px, image_plane_distance=near
+        )
+        chunks += [fixed(camera_entity(eye), place, pinhole) for eye in content.eyes or ("",)]
+    return tuple(chunks)
+
+
+def _looks_of_series(model: RecordedModel, models: Sequence[RecordedModel]) -> list[Chunk]:
+    """Return a model's series as they look: the colour of the figures for its first channel, shades for the others."""
+    tint, root, chunks = rgb(colours(other.label for other in models)[model.label]), model_entity(model.label), []
+    for place, channel in enumerate(model.spiking):
+        tone = tint if place == 0 else mixed(tint, (SHADES[channel],) * 3, 0.45)
+        title = channel_title(channel)
+        chunks.append(fixed(f"{root}/{channel}", rr.SeriesLines(colors=tone, names=title, widths=LINE_WIDTH)))
+        spikes = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, interpolation_mode="StepMid")
+        chunks.append(fixed(f"{root}/spikes/{channel}", spikes))
+    if "azimuth" in model.channels:
+        chunks.append(fixed(f"{root}/azimuth", rr.SeriesLines(colors=tint, names="azimuth", widths=LINE_WIDTH)))
+    if levels := model.levels():
+        names = [f"threshold {level:g} ({', '.join(map(channel_title, owners))})" for level, owners in levels.items()]
+        pale = mixed(tint, (255, 255, 255), 0.35)
+        look = rr.SeriesLines(colors=[pale] * len(levels), names=names, widths=[1.0] * len(levels))
+        chunks.append(fixed(f"{root}/threshold", look))
+    return chunks
+
+
+def moving(content: Content, frames: Frames) -> list[Chunk]:
+    """Return the values of frames as chunks, a block an entity."""
+    when = times(frames.time_s, frames.frame)
+    chunks = []
+    for eye, images in frames.images.items():
+        entity = f"{camera_entity(eye)}/{IMAGE}"
+        if isinstance(images, np.ndarray):
+            chunks += _pictures(entity, rr.Image, images, when)
+        else:
+            chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
+            chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
+    for name, images in frames.maps.items():
+        entity = f"{model_entity(content.models[0].label)}/maps/{name}"
+        chunks += _pictures(entity, rr.SegmentationImage, images, when)
+    for robot, poses in frames.poses.items():
+        half, zero = np.radians(poses[:, 2]) / 2, np.zeros(len(poses))
+        place, turn = np.column_stack([poses[:, :2], zero]), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        chunks.append(chunk(f"world/{robot}", when, rr.Transform3D.columns(translation=place, quaternion=turn)))
+    for entity, values in frames.plots.items():
+        chunks.append(chunk(entity, when, _scalars(values)))
+    ends = times(frames.time_s[[0, -1]], frames.frame[[0, -1]]) if len(frames.time_s) else []
+    for model in content.models:
+        series, root = frames.responses.get(model.label), model_entity(model.label)
+        if series is None:
+            continue
+        for channel in model.channels:
+            chunks.append(chunk(f"{root}/{channel}", when, _scalars(getattr(series, channel))))
+        for channel in model.spiking:
+            chunks.append(chunk(f"{root}/spikes/{channel}", when, _scalars(getattr(series, f"{channel}_spikes"))))
+        if levels := list(model.levels()):
+            chunks.append(chunk(f"{root}/threshold", ends, _scalars(np.array([levels, levels]))))
+    return chunks
+
+
+def _pictures(entity: str, kind: Any, images: Images, when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+    count, rows, columns = images.shape
+    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+    # By Arrow's own means, without a copy: from an array Rerun makes two.
+    ends = pa.array(np.arange(count + 1) * (rows * columns), pa.int32())  # raises where a list is too long
+    buffers = pa.ListArray.from_arrays(ends, images.ravel(), type=BLOB)
+    return [fixed(entity, kind.from_fields(format=form)), chunk(entity, when, kind.columns(buffer=buffers))]
+
+
+def _scalars(values: npt.NDArray[Any]) -> Iterable[Any]:
+    """Return values (T,) of a series, or (T, k) of k."""
+    columns = rr.Scalars.columns(scalars=values.astype(np.float64).ravel())
+    return columns if values.ndim == 1 else columns.partition([values.shape[1]] * len(values))
+
+
+def _paths(frames: Frames) -> list[Chunk]:
+    """Return the ways on the floor of the robots that move."""
+    ways = [poses for poses in frames.poses.values() if np.ptp(poses, axis=0).max() > 0.01]
+    lines = [np.column_stack([way[:, :2], np.zeros(len(way))]) for way in ways]
+    return [fixed("world/path", rr.LineStrips3D(lines, colors=[GREY] * len(lines), radii=0.1))] if lines else []
+
+
+def jpegs(images: Iterable[Images], quality: int = 85) -> list[bytes]:
+    """Return grey images as JPEG files of a ``quality`` up to 100: exact ones are ten times as large."""
+    return [cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes() for image in images]
+
+
+def outlines(obstacles: Iterable[Obstacle]) -> Outlines:
+    """Return obstacles as contents have them: height and closed outline, cm."""
+    return tuple((100 * one.height, tuple((x, y) for x, y in one.closed_cm.tolist())) for one in obstacles)
+
+
+def _arena(content: Content) -> list[Chunk]:
+    """Return floor, wall and obstacles. Only the wall's inner side is drawn, so that it hides nothing from outside."""
+    turn = np.linspace(0, 2 * np.pi, 65)
+    ring = np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
+    floor = [radius * ring for radius in (10.0, 20.0)]
+    foot = ARENA_RADIUS_CM * ring
+    corners = np.vstack([foot, foot + np.array([0, 0, WALL_HEIGHT_CM])])
+    near = np.arange(64)
+    lower, upper = np.column_stack([near, near + 65, near + 1]), np.column_stack([near + 1, near + 65, near + 66])
+    wall = rr.Mesh3D(  # corners in the order in which they go round counter-clockwise from inside
+        vertex_positions=corners, triangle_indices=np.vstack([lower, upper]), vertex_normals=np.vstack([-ring, -ring]),
+        albedo_factor=(196, 196, 190), face_rendering="front",
+    )  # fmt: skip
+    disc = rr.Cylinders3D(
+        lengths=[0.1], radii=[ARENA_RADIUS_CM], centers=[(0, 0, -0.1)], colors=[(235, 235, 231)], fill_mode="solid"
+    )
+    chunks = [
+        fixed("world/arena/floor", disc),
+        fixed("world/arena/circles", rr.LineStrips3D([*floor, foot], colors=[GREY], radii=[0.08])),
+        fixed("world/arena/wall", wall),
+    ]
+    if content.obstacles:
+        strips = [
+            np.column_stack([outline, np.full(len(outline), top)])
+            for height, outline in content.obstacles for top in (0.0, height)
+        ]  # fmt: skip
+        chunks.append(fixed("world/arena/obstacles", rr.LineStrips3D(strips, colors=[GREY], radii=[0.1])))
+    return chunks
+
+
+@lru_cache(maxsize=32)
+def _solids(variant: str, scene: SceneConfig) -> tuple[rr.AsComponents, ...]:
+    """Return the solids of a robot, in cm."""
+    solids: list[rr.AsComponents] = []
+    for kind, shapes in robot_shapes(variant, scene).items():
+        half = 100 * shapes["half_size"]
+        placed: dict[str, Any] = {
+            "centers": 100 * shapes["centre"], "quaternions": shapes["turn"], "colors": shapes["colour"],
+            "fill_mode": "solid",
+        }  # fmt: skip
+        if kind == "cylinder":
+            solids.append(rr.Cylinders3D(lengths=2 * half[:, 2], radii=half[:, 0], **placed))
+        else:
+            shaped = rr.Boxes3D if kind == "box" else rr.Ellipsoids3D
+            solids.append(shaped(half_sizes=half, **placed))
+    return tuple(solids)
+
+
+def views(content: Content) -> list[tuple[float, Any]]:
+    """Return what a viewer opens with, from top to bottom: shares of the height, and views or rows of them."""
+    top: list[tuple[float, Any]] = []
+    if content.scene is not None:
+        top.append((5.0, _world(content)))
+    for eye in content.eyes:
+        name = f"what is seen{f' ({eye})' if eye else ''}"
+        top.append((4.0, rrb.Spatial2DView(origin=f"/{camera_entity(eye)}", name=name)))
+    if content.maps:
+        label = content.models[0].label
+        maps = [
+            rrb.Spatial2DView(origin=f"/{model_entity(label)}/maps/{name}", name=f"{label}: {LAYERS.get(name, name)}")
+            for name, _ in content.maps
+        ]
+        top.append((5.0, rrb.Grid(*maps, grid_columns=2)))
+    rows: list[tuple[float, Any]] = []
+    if top:
+        rows.append((4.0, rrb.Horizontal(*(view for _, view in top), column_shares=[share for share, _ in top])))
+    if content.models:
+        columns = -(-len(content.models) // MOST_LANES)
+        lanes = rrb.Grid(*(_lane(model, legend=columns == 1) for model in content.models), grid_columns=columns)
+        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, lanes))
+    if content.plots:
+        plots = [
+            _plot(f"/{entity}", [f"/{entity}"], heading, legend=len(names) > 1)
+            for entity, names, heading in content.plots
+        ]
+        rows.append((1.2, rrb.Horizontal(*plots)))
+    return rows
+
+
+def page(rows: Sequence[tuple[float, Any]]) -> rrb.Blueprint:
+    """Return a layout that opens ready to read: rows below each other, with shares of the height, and the timeline."""
+    return rrb.Blueprint(
+        rrb.Vertical(*(view for _, view in rows), row_shares=[share for share, _ in rows]),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE),
+        collapse_panels=True,
+    )
+
+
+def _world(content: Content) -> rrb.Spatial3DView:
+    """Return the view of the arena: from behind the observer, or the whole from above."""
+    if content.above:
+        eye = rrb.EyeControls3D(position=(0, 0, 105), look_target=(0, 0, 0), eye_up=(0, 1, 0))
+    else:
+        eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
+    hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
+    hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
+    return rrb.Spatial3DView(
+        origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),
+        name=f"arena{' from above' if content.above else ''} (circles: 10, 20 and 45 cm)",
+        eye_controls=eye, line_grid=False,
+    )  # fmt: skip
+
+
+def _lane(model: RecordedModel, *, legend: bool) -> Any:
+    """Return the lane of a model: potentials, and beside them spikes and azimuth."""
+    place, name = f"/{model_entity(model.label)}", model.label
+    potentials = [f"{place}/{channel}" for channel in model.spiking]
+    lowest = -0.05 if model.spiking == ["looming"] else -1.05
+    row = [(3.0, _plot(place, [*potentials, f"{place}/threshold"], name, (lowest, 1.05), legend=legend))]
+    if model.levels():
+        heading = f"{name}: spikes{' (right, down above 0)' if 'hs' in model.spiking else ''}"
+        row.append((2.0, _plot(f"{place}/spikes", [f"{place}/spikes/**"], heading, legend=legend)))
+    if "azimuth" in model.channels:
+        heading = f"{name}: azimuth, -1 left to 1 right"
+        row.append((1.0, _plot(f"{place}/azimuth", [f"{place}/azimuth"], heading, (-1.05, 1.05))))
+    return rrb.Horizontal(*(view for _, view in row), column_shares=[share for share, _ in row])
+
+
+def _plot(
+    origin: str, contents: Sequence[str], name: str, ends: tuple[float, float] | None = None, *, legend: bool = False
+) -> rrb.TimeSeriesView:
+    """Return a plot of series, on one axis of time with all others; a legend covers a part of the traces."""
+    return rrb.TimeSeriesView(
+        origin=origin, contents=list(contents), name=name,
+        axis_x=rrb.TimeAxis(link="LinkToGlobal"), axis_y=rrb.ScalarAxis(range=ends) if ends else None,
+        background=rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False),
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=legend),
+    )  # fmt: skip
+
+
+def camera_entity(eye: str) -> str:
+    """Return where a camera is; the image that it took is below."""
+    return f"{CAMERA}_{eye}" if eye else CAMERA
+
+
+def model_entity(label: str) -> str:
+    """Return where a model's responses are."""
+    return f"models/{rr.escape_entity_path_part(label)}"
+
+
+def channel_title(channel: str) -> str:
+    """Return how plots name a channel."""
+    return channel.upper() if channel in ("hs", "vs") else channel
+
+
+def rgb(colour: str) -> Colour:
+    """Return ``#rrggbb`` as three numbers from 0 to 255."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def mixed(colour: Colour, other: Colour, share: float) -> Colour:
+    """Return a colour with a ``share`` of another in it."""
+    red, green, blue = (round((1 - share) * part + share * more) for part, more in zip(colour, other, strict=True))
+    return red, green, blue

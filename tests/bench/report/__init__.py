@@ -1,1 +1,0 @@
-"""Tests of figures, and of the report of a reproduction."""

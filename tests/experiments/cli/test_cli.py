@@ -1,0 +1,190 @@
+"""The command line: what a run leaves behind, its repetition, wrong uses, and the end of a process."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import polars as pl
+import pytest
+from PIL import Image
+
+import experiments
+from experiments.draw import style
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from tests.conftest import Colias
+from tests.helpers import user_files
+from tests.helpers.inside import inside
+from tests.helpers.processes import CLI
+
+RENDERED = True
+
+REPOSITORY = Path(__file__).parents[3]
+QUICK = ("--set", "experiment.speeds_cm_s=20,30", "--repeats", "2")
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """One small run with recordings, both directions, and what it printed."""
+    folder = tmp_path_factory.mktemp("run")
+    command = [sys.executable, str(REPOSITORY / "experiments" / "speed.py"), *QUICK, "--out", "out", "--seed", "3"]
+    command += ["--set", "experiment.direction=both", "--workers", "0"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=True)
+    return folder / "out", done.stdout
+
+
+def test_tables_hold_every_trial_and_frame(finished):
+    folder, printed = finished
+    trials, frames = pl.read_parquet(folder / "trials.parquet"), pl.read_parquet(folder / "frames.parquet")
+    set_otherwise = pl.Schema({f"experiment.{name}": str for name in ("speeds_cm_s", "direction")})
+    assert (trials.schema, frames.schema) == (TRIAL_SCHEMA | set_otherwise, FRAME_SCHEMA)
+    assert trials["trial"].to_list() == list(range(8)) and frames.height == trials["frames"].sum()
+    for row in trials.to_dicts():
+        mine = frames.filter(trial=row["trial"])
+        assert mine["frame"].to_list() == list(range(row["frames"]))
+        assert row["spikes"] == mine["hs_spikes"].abs().sum() and row["peak_hs"] == mine["hs"].max()
+        assert row["achieved_speed_cm_s"] == pytest.approx(row["speed_cm_s"], rel=0.02) and row["path_error_mm"] < 1
+    means = trials.group_by("direction", "speed_cm_s").agg(pl.col("spikes").mean())["spikes"]
+    assert all(f"{mean:g}" in printed for mean in means) and "C15 not judged" in printed
+
+
+def test_run_json_holds_every_parameter_and_figures_note_its_code_and_are_drawn_again(finished, tmp_path):
+    folder, _ = finished
+    description = json.loads((folder / "run.json").read_text())
+    assert (description["seed"], description["repeats"], description["trials"]) == (3, 2, 8)
+    assert description["settings"]["models"][0]["network"]["tau_s"] == [10.0, 200.0]
+    assert description["experiment"]["design"]["direction"] == "both"
+    assert {"mujoco", "numpy", "colias-sim"} <= description["versions"].keys()
+    with Image.open(folder / "figure.png") as picture:
+        noted = picture.info["Source"]
+    assert description["code"] in noted and (description["source"]["commit"] or "unknown")[:12] in noted
+    assert noted in (folder / "figure.svg").read_text()
+    shutil.copy(folder / "run.json", tmp_path)
+    style.save(experiments.load(folder).figure(), tmp_path / "figure")
+    for name in ("figure.svg", "figure.png"):
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+EXPERIMENT = """
+from experiments import Clip, OfflineExperiment
+
+EXPERIMENT = OfflineExperiment(
+    name="mine", summary="a crossing", models=["my_model.py:gain=0.001"],
+    clips=[Clip("crossing", "plain", {"rows": 20, "columns": 32})],
+)
+"""
+
+
+@pytest.fixture
+def mine(tmp_path):
+    """A folder with a run of one's own experiment and model."""
+    (tmp_path / "mine.py").write_text(EXPERIMENT)
+    (tmp_path / "my_model.py").write_text(user_files.MODEL)
+    done = Colias(tmp_path)("run", "mine.py", "--model=my_model.py:gain=0.003", "--out", "run", "-q", "--seed", "5")
+    assert done.returncode == 0, done.stderr
+    return tmp_path
+
+
+def again(folder: Path):
+    """Repeat the run from another folder than its own."""
+    (folder / "elsewhere").mkdir()
+    return Colias(folder / "elsewhere")("run", "--again", "../run", "--out", "again", "-q")
+
+
+def test_a_run_is_repeated_from_the_files_at_their_places(mine):
+    repeated = again(mine)
+    assert (repeated.returncode, repeated.stdout.split(":")[0]) == (0, "equal"), repeated.stderr
+    first, second = (pl.read_parquet(run / "frames.parquet") for run in (mine / "run", mine / "elsewhere" / "again"))
+    assert first.height and first.equals(second)
+    for more in (["mine.py"], ["--seed", "5"], ["--model", "emd"]):
+        assert Colias(mine)("run", *more, "--again", "run", "--out", "other").returncode == 2
+    assert not (mine / "other").exists(), "a repetition takes no other settings"
+
+
+def test_an_edited_file_is_named_and_so_is_the_first_row_that_differs(mine):
+    (mine / "my_model.py").write_text(user_files.MODEL.replace("np.tanh", "0.5 * np.tanh"))
+    repeated = again(mine)
+    assert repeated.returncode == 1 and "my_model.py has changed" in repeated.stderr
+    assert re.match(r"differs: \w+\.parquet, trial 0, model gradient:gain=.*: .* there and .+ here", repeated.stdout)
+
+
+@pytest.mark.parametrize("changes", [{"trials": 3, "ended": None}, {"command": {"line": ["train", "Optomotor"]}}])
+def test_what_cannot_be_repeated_is_refused(mine, changes):
+    file = mine / "run" / "run.json"
+    there = {**json.loads(file.read_text()), **changes}
+    file.write_text(json.dumps({name: value for name, value in there.items() if value is not None}))
+    assert again(mine).returncode == 2 and not (mine / "elsewhere" / "again").exists()
+
+
+def test_a_call_from_python_is_repeated_in_its_folder(mine, monkeypatch):
+    monkeypatch.chdir(mine)
+    (mine / "run").rename(mine / "other")
+    experiments.run("mine.py", seed=2, settings={"gradient.gain": 0.006}, out="run", workers=0, quiet=True)
+    note = json.loads(Path("run/run.json").read_text())
+    assert (note["command"]["call"], note["command"]["arguments"]["seed"]) == ("experiments.run", 2)
+    repeated = again(mine)
+    assert (repeated.returncode, repeated.stdout.split(":")[0]) == (0, "equal"), repeated.stderr
+
+
+WRONG = {
+    "number": (("run", "speed", "--repeats", "two"), "--repeats"),
+    "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
+    "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
+    "view": (("view", "absent", "--web"), "absent"),
+    "screen": (("view", "bright"), "needs a screen"),
+    "command": (("rum",), "run"),
+    "an old command": (("map",), "colias sweep"),
+    "a kind of list": (("list", "modls"), "models"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_uses_end_in_one_line(tmp_path, case):
+    arguments, says = WRONG[case]
+    done = inside(tmp_path, arguments)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    assert says in done.stderr and not (tmp_path / "runs").exists()
+
+
+def test_a_run_is_never_overwritten(finished, colias):
+    """Not by other options, and not where nothing tells any more which run it was."""
+    copy = shutil.copytree(finished[0], colias.folder / "copy")
+
+    def files() -> dict[Path, bytes]:
+        return {path: path.read_bytes() for path in copy.rglob("*") if path.is_file() and path.name != ".lock"}
+
+    before = files()
+    other = colias("run", "speed", *QUICK, "--out", "copy")
+    assert other.returncode == 2 and "seed is 3 there and 0 now" in other.stderr and files() == before
+    (copy / "run.json").unlink()
+    before = files()
+    assert colias("run", "speed", *QUICK, "--out", "copy").returncode == 2 and files() == before
+
+
+def test_what_draws_is_looked_for_before_the_first_trial(tmp_path):
+    taken = ("DISPLAY", "MUJOCO_GL", "PYOPENGL_PLATFORM")
+    environment = {name: value for name, value in os.environ.items() if name not in taken}
+    environment |= {"MUJOCO_EGL_DEVICE_ID": "77", "PYTHONPATH": str(REPOSITORY)}
+    asked = [*CLI, "run", "speed", "--repeats", "1", "--workers", "1", "--out", "out"]
+    done = subprocess.run(asked, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2 and "MUJOCO_EGL_DEVICE_ID=77" in done.stderr and "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir()), "no run is begun"
+
+
+def test_a_reader_that_ends_early_is_no_failure():
+    """As ``colias list | head -1``: silent, with the status of a closed pipe."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run([*CLI, "list"], stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
+def test_lists(colias):
+    listed = colias("list").stdout
+    assert all(name in listed for name in ("speed", "distance", "dsnn", "bright", "plain", "dim"))
+    assert "dsnn.n_con=8" in colias("list", "parameters").stdout and "emd" in colias("list", "models").stdout
+    assert colias("--version").stdout.startswith(f"colias-sim {experiments.__version__}")

@@ -1,0 +1,88 @@
+"""Recordings as Rerun's viewer opens them, without a window: every view is there and painted, without a warning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import experiments
+from experiments.base.palette import colours
+from experiments.cli import main
+from experiments.draw import viewer
+from experiments.settings.models import choose
+from experiments.show.record import OFF, ON, rgb
+from tests.experiments.show.test_trial import spec
+from tests.helpers.played import Played
+
+DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*lvp*"), *Path("/usr/local/share/vulkan/icd.d").glob("*lvp*")]
+CAMERA = "/world/observer/camera"
+NEAR = 40
+"""Difference of a pixel's red, green and blue from a colour, their sum, up to which it counts as of that colour."""
+
+
+Recorded = tuple[Path, dict[str, set[str]], set[str]]
+"""A recording, the parts of each model that have a view, and the other views."""
+
+
+def trial(folder: Path) -> Recorded:
+    models = {"dsnn": {"", "/spikes", *(f"/maps/{name}" for name in ("p", "la", "f_on", "f_off"))}, "emd": {""},
+              "lplc2": {"", "/spikes"}}  # fmt: skip
+    path = folder / "trial.rrd"
+    path.write_bytes(Played(spec(models=tuple(map(choose, models))), maps=True).recording)
+    return path, models, {"/world", CAMERA}
+
+
+def watched(folder: Path) -> Recorded:
+    run = experiments.watch("plain", out=folder / "run", quiet=True)
+    return run.recordings[0], {"dsnn": {"", "/spikes"}}, {CAMERA}
+
+
+def episode(folder: Path) -> Recorded:
+    pursuit = gym.make("colias_sim/Pursuit-v0", observation="neural", model="hybrid", max_episode_steps=20)
+    env = experiments.RecordRerun(pursuit, folder / "episode.rrd")
+    env.reset(seed=0)
+    for step in range(20):
+        env.step(np.array([0.4, 0.3 + 0.02 * step], np.float32))
+    env.close()
+    others = {"/world", CAMERA, "/world/observer/wheels", "/reward"}
+    return folder / "episode.rrd", {"hybrid": {"", "/spikes", "/azimuth"}}, others
+
+
+def decoded(content: bytes) -> np.ndarray:
+    return cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR_RGB).astype(int)
+
+
+@pytest.mark.skipif(not DRIVERS, reason="no Vulkan: on Debian run 'apt-get install mesa-vulkan-drivers'")
+@pytest.mark.parametrize("kind", [trial, watched, episode])
+def test_the_first_screen_has_every_view_and_traces_in_the_models_colours(kind, tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    shown, paint = set(), viewer._painted
+
+    def painted(client, deadline):
+        picture = paint(client, deadline)
+        views = {f"/{view.origin.lstrip('/')}": view for view in client.get_state().views}
+        assert not [view.reports for view in views.values() if view.reports], "the viewer warns of nothing"
+        shown.update(views)
+        for origin in {"/world", CAMERA} & views.keys():
+            assert decoded(client.take_screenshot(views[origin].view_id)).std() > 10, f"{origin} is blank"
+        return picture
+
+    monkeypatch.setattr(viewer, "_painted", painted)
+    path, models, others = kind(tmp_path)
+    assert main.command(["view", str(path), "--screenshot", str(tmp_path / "screen.png")]) == 0
+    assert shown == others | {f"/models/{model}{part}" for model, parts in models.items() for part in parts}
+    screen = decoded((tmp_path / "screen.png").read_bytes())
+    least = {rgb(tint): screen.shape[1] / 3 for tint in colours(models).values()}  # a trace crosses its lane
+    for colour, count in {**least, **(dict.fromkeys((ON, OFF), 20) if kind is trial else {})}.items():
+        assert (np.abs(screen - colour).sum(axis=2) <= NEAR).sum() > count, colour
+
+
+def test_a_scene_is_drawn_into_a_file_without_a_screen(tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert main.command(["view", "bright", "--screenshot", str(tmp_path / "scene.png")]) == 0
+    scene = decoded((tmp_path / "scene.png").read_bytes())
+    assert (scene.max(axis=2) < 40).sum() > 300, "the stimulus is black"

@@ -1,0 +1,218 @@
+"""The leaderboard: scores of generated tables, the golden tests of stimuli, and a board with a user's own model."""
+
+import dataclasses
+import math
+import re
+
+import numpy as np
+import polars as pl
+import pytest
+
+from dsnn import MODELS
+from dsnn.stimuli import stimulus
+from experiments.base.errors import UsageError
+from experiments.declare.experiment import Translation
+from experiments.draw import scoreboard
+from experiments.judge.judge import SIGNED
+from experiments.judge.tests import first_alarm_s
+from experiments.kinds import board
+from experiments.kinds.board import DIRECTION, LOOMING, RESPONSES, alarm_count, median_interval
+from experiments.paper.claims.clips import answer
+from experiments.settings.models import choose
+from experiments.show.clips import Clip
+from experiments.show.play import Trial
+from experiments.store.workers import Workers
+from tests.helpers import user_files
+
+
+def table(*rows):
+    """Responses; each row is a condition of its own where it names none."""
+    made = [{"condition": f"c{i}", "model": "m", **row} for i, row in enumerate(rows)]
+    return pl.DataFrame([dict.fromkeys(RESPONSES) | row for row in made], RESPONSES)
+
+
+def translations(right, **more):
+    return [{"shown": way, "right": way in right, **more} for way in SIGNED]
+
+
+def extremes(hs=(0.0, 0.0), vs=(0.0, 0.0)):
+    return dict(zip(("trough_hs", "peak_hs", "trough_vs", "peak_vs"), (*hs, *vs), strict=True))
+
+
+def test_the_strongest_potential_of_both_systems_is_the_answer():
+    assert answer(extremes((-0.1, 0.3), (-0.2, 0.2))) == "rightward"
+    assert answer(extremes((-0.4, 0.3), (-0.2, 0.2))) == "leftward"
+    assert answer(extremes((-0.1, 0.3), (-0.2, 0.31))) == "downward"
+    assert answer(extremes((-0.1, 0.3), (-0.31, 0.2))) == "upward"
+    assert answer(extremes((-0.3, 0.3))) is answer(extremes()) is None, "two alike, or silence, is no answer"
+
+
+def test_shares_are_of_translations_and_have_clopper_and_pearson_s_interval():
+    scores = board.direction_scores(table(*translations(SIGNED) * 5), table(*translations(["upward"])))
+    assert (scores["direction_robot"].value, scores["direction_robot"].high, scores["direction_robot"].n) == (1, 1, 20)
+    assert scores["direction_robot"].low == pytest.approx(0.025 ** (1 / 20))
+    assert scores["direction_clips"].value == 0.25
+    assert scores["auc_robot"] is None, "nothing moved in depth"
+    spiking = [{"shown": "background", "spiked": spiked} for spiked in (True, False)]
+    clips = table(*spiking, {"shown": "rightward", "spiked": True}, {"shown": "background"})
+    assert board.direction_scores(table(), clips)["false_alarms"].value == 0.5, "of backgrounds, of spiking models"
+
+
+def test_repeats_of_a_condition_are_no_independent_trials():
+    """Four clips, five repeats each: where repeats agree they tell no more than four clips do."""
+    once = table(*translations(SIGNED))
+    agree = board.share(pl.concat([once] * 5), "right")
+    assert (agree.value, agree.low, agree.high, agree.n) == (1.0, board.share(once, "right").low, 1.0, 20)
+
+
+def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
+    """At 30 frames/s: 15 frames apart are one alarm, 16 are two."""
+    spikes = np.zeros(60, int)
+    assert alarm_count(spikes, 30.0) == 0
+    spikes[[10, 11, 12, 27]] = 1
+    assert alarm_count(spikes, 30.0) == 1
+    spikes[43] = 2
+    assert alarm_count(spikes, 30.0) == 2 and alarm_count(np.ones(300, int), 30.0) == 1
+    contact = np.array([math.nan, 0.3, 0.2, 0.1, 0.0, -0.1])
+    assert first_alarm_s(np.array([1, 0, 1, 1, 0, 0]), contact) == 0.2, "before the approach it is none"
+    assert first_alarm_s(np.array([0, 0, 0, 0, 1, 1]), contact) is None, "after contact it is too late"
+
+
+def test_alarms_and_seconds_of_a_clip_are_by_its_own_frame_rate():
+    """Spikes 40 frames apart are one alarm at 100 frames/s, and would be two at 30."""
+    trial = Trial("looming", 0, 0, 4, Clip("near", "looming", {"fps": 100.0}), ())
+    clip = list(trial.condition.build(4))
+    spikes = np.zeros(len(clip), int)
+    spikes[[-60, -20]] = 1
+    row = {**extremes(), "model": "m", "experiment": "looming", "stimulus": "looming", "object": None, "fps": 100.0,
+           "motion": "looming", "hs_spikes": None, "vs_spikes": None, "looming_spikes": 2, "peak_looming": 0.8,
+           "frames": len(clip)}  # fmt: skip
+    found = board.response(row, trial, pl.DataFrame({"looming_spikes": spikes}))
+    assert (found["alarms"], found["seconds"], found["shown"]) == (1, len(clip) / 100, "looming")
+    assert found["contact_s"] == pytest.approx(clip[-60].truth.time_to_contact_s)
+
+
+def looming_clips(peak, alarms, spiking=True):
+    """Three approaches straight ahead at 0.9, and others at ``peak``."""
+    ahead = zip((0.04, 0.08, 0.16), (0.2, 0.4, 1.0), strict=True)
+    rows = [{"shown": "looming", "looming": 0.9, "condition": f"looming-even dark looming {s:g} s", "contact_s": t}
+            for s, t in ahead]  # fmt: skip
+    rows += [{"shown": shown, "looming": peak} for shown in ("receding", "upward", "grating")]
+    counts = [alarms] * 3 + [0, 0, 3]
+    spikes = [{"alarms": count, "seconds": 30.0} if spiking else {"contact_s": None} for count in counts]
+    return table(*(row | spike for row, spike in zip(rows, spikes, strict=True)))
+
+
+def test_scores_of_an_ideal_looming_detector_of_a_silent_one_and_of_one_without_a_threshold():
+    ideal = board.looming_scores(table(), looming_clips(0.6, 1))
+    assert ideal["auc_translation"].value == ideal["auc_recession"].value == ideal["auc_background"].value == 1.0
+    assert (ideal["answered"].value, ideal["answered"].n) == (1.0, 3)
+    dark = ideal["contact_dark_s"]
+    assert (dark.value, dark.low, dark.high, dark.n) == (0.4, 0.2, 1.0, 3) and ideal["contact_light_s"] is None
+    assert (ideal["alarms_translation"].value, ideal["alarms_gratings"].value) == (0.0, 6.0)
+    assert ideal["alarms_background"] is None and ideal["auc_translation_robot"] is None
+    silent = board.looming_scores(table(), looming_clips(0.9, 0))
+    assert (silent["auc_translation"].value, silent["answered"].value) == (0.5, 0.0)
+    without = board.looming_scores(table(), looming_clips(0.6, 0, spiking=False))
+    assert without["answered"] is without["alarms_gratings"] is without["contact_dark_s"] is None
+    assert without["auc_recession"].value == 1.0
+
+
+def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypatch):
+    """Of a model without any score nothing is known: it comes last."""
+    given = {"loom": (0, 0), "b": (3, 1), "c": (3, 3), "d": (4, 0), "a": (3, 1), "gone": None}
+    rows = []
+    for name, value in given.items():
+        rights, strong = value or (0, 0)
+        ways = [{"shown": way, "right": i < rights, "strength": float(i < strong), "model": name}
+                for i, way in enumerate(SIGNED)]  # fmt: skip
+        rows += [*ways, {"shown": "looming", "strength": 0.5, "model": name}] if value else []
+    shown = table(*rows)
+    models = [dataclasses.replace(choose("emd"), label=name) for name in given]
+    planned = {DIRECTION: [type("Batch", (), {"specs": [type("Trial", (), {"models": models})]})]}
+    (ranked,) = board.rank(planned, {"robot": shown, DIRECTION: shown}, {"us_99x72": {"c": [4.0]}}).values()
+    assert ranked["model"].to_list() == ["d", "c", "a", "b", "loom", "gone"]
+    second = ranked.row(1, named=True)
+    assert (second["direction_robot"], second["direction_robot_n"], second["us_99x72"]) == (0.75, 4, 4.0)
+    assert second["us_99x72_low"] is second["false_alarms"] is None, "one round has no interval"
+
+
+def test_times_have_the_interval_of_order_statistics_and_a_model_that_raises_has_none(tmp_path):
+    assert median_interval(range(1, 41)) == (14.0, 27.0)  # binomial(40, 1/2): ranks 14 and 27
+    text = user_files.MODEL.replace("now = luma", "raise ValueError(1)\n        now = luma")
+    (tmp_path / "odd.py").write_text(text)
+    taken = board.time_models([choose("emd"), choose(str(tmp_path / "odd.py"))], (24, 32))
+    assert set(taken) == {"emd"}
+    assert len(taken["emd"]) == board.ROUNDS and min(taken["emd"]) > 0
+
+
+def test_each_model_stands_on_the_boards_of_its_channels():
+    planned = board.plan(list(MODELS), 1, 0)
+    boards = {part: {model.label for model in planned[part][0].specs[0].models} for part in (DIRECTION, LOOMING)}
+    assert boards[DIRECTION] & boards[LOOMING] == {"hybrid"}
+    assert boards[LOOMING] == {name for name in MODELS if "looming" in MODELS[name].channels}
+    assert boards[DIRECTION] | boards[LOOMING] == set(MODELS)
+
+
+def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_model():
+    """Every measure is lacking in one of three models, whose row stays blank there and keeps its place."""
+    columns = {"model": ["first", "second", "third"]}
+    for place, name in enumerate(board.LABELS):
+        values = [None if (row + place) % 3 == 0 else 0.1 + 0.2 * row + 0.01 * place for row in range(3)]
+        for end, far in (("", 0.0), ("_low", -0.03), ("_high", 0.05)):
+            columns[name + end] = [value and value + far for value in values]
+        columns[f"{name}_n"] = [value and 5 + row for row, value in enumerate(values)]
+    given = pl.DataFrame(columns)
+    figure = scoreboard.draw(given, board.LABELS, board.CHANCE, "", "")
+    rows = {tick.get_position()[1]: tick.get_text() for tick in figure.axes[0].get_yticklabels()}
+    drawn = {" ".join(axes.get_title("left").split()[1:]): axes for axes in figure.axes if axes.lines}
+    assert drawn.keys() == set(board.LABELS.values())
+    numbers = re.findall(r"=(\d)\sto\s(\d)", figure._supxlabel.get_text())
+    assert numbers == [(f"{given[f'{name}_n'].min()}", f"{given[f'{name}_n'].max()}") for name in board.LABELS]
+    for name, label in board.LABELS.items():
+        (dots,) = [line for line in drawn[label].lines if line.get_marker() == "o"]
+        (whiskers,) = drawn[label].collections
+        chance = {line.get_xdata()[0] for line in drawn[label].lines if line.get_linestyle() == ":"}
+        assert chance == {"direction": {0.25}, "auc": {0.5}}.get(name.partition("_")[0], set())
+        known = given.select("model", name, f"{name}_low", f"{name}_high").drop_nulls().rows()
+        assert [rows[y] for y in dots.get_ydata()] == [model for model, *_ in known], name
+        ends = [segment[:, 0] for segment in whiskers.get_segments()]
+        np.testing.assert_allclose(np.column_stack([dots.get_xdata(), ends]), [one[1:] for one in known], err_msg=name)
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """A board of two robot trials and a few clips, without timing."""
+    whole = board.clip_experiments
+
+    def some(kind, models):
+        return tuple(dataclasses.replace(part, clips=part.clips[::15]) for part in whole(kind, models))
+
+    robot = dataclasses.replace(board.ROBOT, design=Translation((10.0,), (6.0,), "both"))
+    monkeypatch.setattr(board, "ROBOT", robot)
+    monkeypatch.setattr(board, "clip_experiments", some)
+    monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
+
+
+def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
+    (tmp_path / "my_model.py").write_text(user_files.MODEL)
+    planned = board.plan(["lgmd1", str(tmp_path / "my_model.py")], 1, 0)
+    boards, failures = board.run(planned, tmp_path / "out", Workers(0))
+    assert not failures
+    assert boards[DIRECTION].select("model", "direction_robot", "direction_robot_n").rows() == [("gradient", 1.0, 2)]
+    assert boards[LOOMING]["model"].to_list() == ["lgmd1"]
+    again, _ = board.run(planned, tmp_path / "out", Workers(0))
+    assert capsys.readouterr().err.count(" of them done already") == 5
+    for kind in (DIRECTION, LOOMING):
+        assert boards[kind].equals(again[kind])
+        assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
+    with pytest.raises(UsageError, match="emd"):
+        board.run(board.plan(["emd"], 1, 0), tmp_path / "out", Workers(0, quiet=True))
+
+
+def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):
+    """What fires at a full angle of 40 degrees does so at (l / v) / tan(20 deg) before contact."""
+    clip = stimulus("looming", l_over_v_s=l_over_v, fps=300)
+    sizes = np.array([0.0 if f.truth.box is None else f.truth.box.width for f in clip])
+    fired = (2 * np.degrees(np.arctan(sizes / 2 / 70.7)) >= 40.0).astype(int)
+    assert first_alarm_s(fired, clip.contact_s()) == pytest.approx(l_over_v / math.tan(math.radians(20.0)), abs=1 / 300)

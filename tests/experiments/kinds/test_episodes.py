@@ -1,0 +1,92 @@
+"""Runs of behaviours: what is planned, the folder that is left, any number of workers, a run that goes on."""
+
+import pytest
+
+from colias_sim.envs import ENVS, RETURN
+from experiments import UsageError, load, score
+from experiments.kinds import episodes as behave
+from experiments.kinds.episodes import env_options, episodes, plan, run
+from experiments.paper.behaviours import AVOIDANCE, FIXATION, GROUPS, OPTOMOTOR
+from experiments.paper.reproduce import QUICK, planned
+from experiments.store.workers import Workers
+
+
+def test_a_plan_has_the_baselines_of_its_env():
+    planned = plan(["optomotor"], "Avoidance", ["robots=3", "arena=bright"], 2).description
+    assert planned["behaviours"] == ("optomotor", *ENVS[AVOIDANCE].baselines)
+    assert planned["options"] == {"robots": 3, "arena": "bright"} and planned["reference"] == "optomotor"
+
+
+def test_a_group_is_played_at_the_same_seeds_with_what_it_is_compared_with():
+    planned = plan(["escape"], count=2, seed=7)
+    played_by = planned.description["behaviours"]
+    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and planned.description["reference"] == "hybrid"
+    seeds = [tuple(trial.seed for trial in planned.specs if trial.condition == name) for name in played_by]
+    assert set(seeds) == {(7, 8)}
+    assert plan(["escape"], baselines=False).description["behaviours"] == GROUPS["escape"]
+    pilot = plan(["hybrid", "lgmd"], count=3, seed=1000, baselines=False)
+    assert pilot.description["behaviours"] == ("hybrid", "lgmd")
+    assert sorted(trial.index for trial in pilot.specs) == list(range(6))
+
+
+def test_options_are_typed_whole_or_entry_by_entry_over_a_policys_own():
+    typed = ["camera=ov7670", "camera.ae_steps=5", "noise=0.5"]
+    options = env_options(OPTOMOTOR, typed, {"robot": "colias4", "noise": 2.0})
+    assert options == {"robot": "colias4", "camera": {"preset": "ov7670", "ae_steps": 5}, "noise": 0.5}
+
+
+@pytest.mark.parametrize(
+    "typed", ["robots", "robots=none", "rubots=3", "model=dsnn", "observation=state", "noise.sd=1"]
+)
+def test_wrong_options_are_refused(typed):
+    with pytest.raises(UsageError, match="--set"):
+        env_options(AVOIDANCE, [typed])
+
+
+def test_a_reproduction_plays_behaviours_at_equal_seeds():
+    parts = [part for name, part in planned(QUICK, 7).items() if name.startswith("behave-")]
+    assert {trial.seed for part in parts for trial in part.specs} == {7}
+
+
+def test_episodes_that_are_scored_have_seeds_of_their_own(monkeypatch):
+    seeds = []
+    whole = behave.play
+    monkeypatch.setattr(behave, "play", lambda *given: whole(*given[:3], seeds.append(given[3]) or given[3], 2))
+    assert score("still", episodes=3, seed=5, quiet=True)[RETURN].n == 3 and seeds == [5, 6, 7]
+
+
+def short(seed=0, **options):
+    """Two behaviours, two episodes each, of a few frames."""
+    return episodes(("optomotor", "still"), OPTOMOTOR, options, 2, seed, steps=12)
+
+
+def played(planned, folder, workers=0, recordings=0):
+    with Workers(workers, quiet=True).running() as pool:
+        return run(planned, folder, pool, recordings=recordings)
+
+
+def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
+    report = played(short(), tmp_path / "run", recordings=2)
+    trials = report.trials
+    assert trials["model"].to_list() == ["optomotor"] * 2 + ["still"] * 2 and trials["seed"].to_list() == [0, 1, 0, 1]
+    assert trials["frames"].to_list() == [12] * 4 and report.failures.is_empty()
+    assert all((tmp_path / "run" / f"figure.{ending}").is_file() for ending in ("svg", "png"))
+    recordings = {path.name for path in (tmp_path / "run" / "recordings").iterdir()}
+    assert recordings == {"trial-0000.rrd", "trial-0001.rrd"}, "of the first behaviour"
+    loaded = load(tmp_path / "run")
+    assert loaded.trials.equals(trials) and loaded.frames.height == 48 and loaded.summary.height == 6
+    assert set(loaded.summary["measure"]) == {*ENVS[OPTOMOTOR].measures, RETURN}
+    assert loaded.figure().get_suptitle() and loaded.claims.is_empty()
+
+    trials[1:2].write_parquet(tmp_path / "run" / "trials.parquet")  # as if one episode alone were played
+    assert played(short(), tmp_path / "run", workers=2, recordings=2).trials.equals(trials)
+    for other in (short(seed=1), short(noise=0.5)):
+        with pytest.raises(UsageError, match="choose another"):
+            played(other, tmp_path / "run", recordings=2)
+
+
+def test_claims_are_judged_where_their_behaviours_play_in_the_env_as_it_is(tmp_path):
+    pair = ("fixation-pi", "still")
+    (verdict,) = played(episodes(pair, FIXATION, {}, 1, 0, steps=3), tmp_path / "b4").verdicts
+    assert (verdict.id, verdict.experiment, verdict.outcome.verdict) == ("B4", FIXATION, "not shown")
+    assert not played(episodes(pair, FIXATION, {"noise": 0.5}, 1, 0, steps=3), tmp_path / "other").verdicts

@@ -1,0 +1,83 @@
+"""``--set`` reaches every parameter, and refuses with the range."""
+
+import dataclasses
+
+import pytest
+
+from colias_sim import RobotConfig
+from experiments import NAMES
+from experiments.base.errors import UsageError
+from experiments.kinds import registry
+from experiments.kinds.trials import configure, plan, sections
+from experiments.settings.settings import described
+
+
+def configured(*assignments):
+    return configure(registry.load("speed"), ["dsnn"], assignments)
+
+
+def test_every_section_is_reached():
+    experiment, settings = configured(
+        "dsnn.n_con=6", "dsnn.tau_s=200,10", "dsnn.fdsr=false", "robot.track_cm=3", "camera.read_noise=0",
+        "scene.arena=dim", "experiment.direction=both", "experiment.speeds_cm_s=5", "experiment.pose_sd_mm=0",
+    )  # fmt: skip
+    network = settings.models[0].network
+    assert (network.n_con, network.tau_s, network.fdsr) == (6, (200.0, 10.0), False)
+    assert (settings.robot.track_cm, settings.camera.read_noise, settings.scene.arena) == (3.0, 0.0, "dim")
+    assert (experiment.design.direction, experiment.design.speeds_cm_s, settings.pose_sd_mm) == ("both", (5.0,), 0.0)
+
+
+def test_every_listed_parameter_can_be_set_to_what_it_is():
+    listed = list(described(sections(registry.load("speed"), ["dsnn"])))
+    assert len(listed) > 40
+    assert all(row["description"] for row in listed)
+    assert configured(*(f"{row['key']}={row['value']}" for row in listed)) == configured()
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("dsnn.n_con=0", "between 1 and 64"),
+        ("dsnn.n_kon=6", "nearest: dsnn.n_con"),
+        ("dsnn.n_con", "SECTION.NAME=VALUE"),
+        ("dsnn.w_i=nan", "between 0 and 1"),
+        ("scene.arena=brigth", "nearest: bright"),
+        ("experiment.speeds_cm_s=6,6", "6 cm/s at 8 cm' is there twice"),
+    ],
+)
+def test_refusals_name_value_and_range(text, says):
+    with pytest.raises(UsageError) as caught:
+        configured(text)
+    assert f"--set {text}" in str(caught.value) or "--set: experiment speed" in str(caught.value)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_preset_comes_first_whatever_the_order():
+    _, settings = configured("robot.dead_band=0", "robot.preset=colias4", "robot.open_loop=false")
+    robot = RobotConfig.preset("colias4")
+    assert settings.robot == dataclasses.replace(robot, dead_band=0, open_loop=False)
+    assert configured("robot.preset=default") == configured() != configured("robot.preset=colias4")
+    listed = {row["key"]: row for row in described(sections(registry.load("speed"), ["dsnn"]))}
+    assert (listed["robot.preset"]["value"], listed["robot.preset"]["legal"]) == ("default", "default, colias4")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_experiment_is_a_whole_declaration(name):
+    """Conformance: the name is its file's, every condition is distinct, and it can run."""
+    experiment = registry.load(name)
+    assert experiment.name == name
+    conditions = experiment.design.conditions()
+    assert len(set(conditions)) == len(conditions) > 0
+    assert len({getattr(c, experiment.varies) for c in conditions}) > 1
+    assert experiment.repeats == 10
+    assert len(plan(experiment, ["dsnn"], [], 1, 0).specs) == len(conditions), "it can run as declared"
+
+
+def test_models_have_sections_of_their_own_and_families_share_one():
+    three = ["dsnn", "dsnn-reference", "dsn2017"]
+    _, settings = configure(registry.load("speed"), three, ["dsnn.n_con=6", "dsn2017.n_con=4"])
+    assert [m.network.n_con for m in settings.models] == [6, 6, 4]
+    assert [m.network.fdsr for m in settings.models] == [True, True, False]
+    _, settings = configure(registry.load("speed"), ["dsnn", "dsnn"], [])
+    assert [m.label for m in settings.models] == ["dsnn"], "the same under the same settings: shown once"

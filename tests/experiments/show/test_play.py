@@ -1,0 +1,53 @@
+"""What a model responds is its own, whichever other models see the frames."""
+
+from dataclasses import replace
+
+import pytest
+
+from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from dsnn import DSNN
+from experiments.declare.conditions import Condition, Hand
+from experiments.declare.experiment import Settings, visit
+from experiments.settings.settings import watchers
+from experiments.show.play import play
+from experiments.show.robot import RobotTrial
+
+SHOWN = (
+    "dsnn",
+    "dsnn:k_sig=0.03,t_sp=0.05",
+    "dsnn-on-blocked",
+    "dsnn:n_con=2,tau_mp=20",
+    "emd",
+    "emd:gain=3,log=false",
+)
+COMMANDS = ((0, "stimulus", 9.0, 0.0),)
+STEADY = Hand(40, (8.0, 5.0, -90.0), (0.0, 0.0, 0.0), COMMANDS)
+HAND = replace(STEADY, changes=((20, "dsnn", "n_con", "3"),))
+
+
+def by_hand(hand):
+    return visit(hand).conditions()[0]
+
+
+CROSSING = Condition("translation", "rightward", 35.0, 8.0)
+CASES = {"a crossing": (CROSSING, CROSSING, 2, 1), "changed by hand": (by_hand(HAND), by_hand(STEADY), 4, 0)}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(case, monkeypatch):
+    """They share what does not differ, unless a parameter changes on the way."""
+    shown, alone, networks, followers = CASES[case]
+    respond, follow, steps, follows = DSNN._respond, DSNN.follow, [], []
+    monkeypatch.setattr(DSNN, "_respond", lambda *given: steps.append(1) or respond(*given))
+    monkeypatch.setattr(DSNN, "follow", lambda *given: follows.append(1) or follow(*given))
+
+    def responses(condition, *models):
+        settings = Settings(models, RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+        frames = play(RobotTrial("test", 0, 0, 7, condition, settings)).frames
+        return {model.label: frames.filter(model=model.label) for model in models}
+
+    models, _ = watchers(SHOWN, ())
+    together = responses(shown, *models)
+    assert (len(steps), len(follows)) == (networks * together["dsnn"].height, followers)
+    for model in models[1:]:
+        assert together[model.label].equals(responses(alone, model)[model.label]), model.label

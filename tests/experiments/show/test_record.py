@@ -1,0 +1,111 @@
+"""What a recording has, read back from disk; and the functions that Rerun keeps to itself, which this sees move."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from colias_sim import SceneConfig
+from colias_sim.obstacles import Obstacle
+from dsnn import MODELS, Response, ResponseSeries
+from experiments.base.palette import colours
+from experiments.draw.video import model_part
+from experiments.draw.viewer import program
+from experiments.show.record import (
+    OFF,
+    ON,
+    STILL,
+    Content,
+    Frames,
+    RecordedModel,
+    model_entity,
+    outlines,
+    rgb,
+    write,
+)
+from experiments.show.recording import map_colours
+from scenes import WALL_HEIGHT_CM
+from tests.helpers.recordings import columns
+
+COUNT = 5
+COUNTS = np.array([0, 2, 0, -1, 0])
+BOTH = (("hs", 0.16), ("vs", 0.16))
+SERIES = ResponseSeries.from_responses([Response(0.1, -0.2, int(n), int(-n), None, 0.6, 1, 0.5) for n in COUNTS])
+CONTENT = Content(
+    tuple(
+        RecordedModel(label, ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7)))
+        for label in (*MODELS, "a/b@c")
+    ),
+    eyes=("",),
+)
+
+
+def written(path: Path, content: Content = CONTENT) -> Path:
+    images = np.arange(COUNT * 12, dtype=np.uint8).reshape(COUNT, 3, 4)
+    frames = Frames(
+        np.arange(COUNT) / 30, np.arange(COUNT), {model.label: SERIES for model in content.models}, {"": images}
+    )
+    path.write_bytes(write(content, frames, "looks"))
+    return path
+
+
+def colour(looks: dict[str, list[Any]]) -> tuple[int, ...]:
+    """Rerun has colours as one number, the red first."""
+    packed = looks["colors"][0][0]
+    return tuple(packed >> shift & 255 for shift in (24, 16, 8))
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    held = columns(written(tmp_path / "a.rrd"), static=False)
+    for model in CONTENT.models:
+        root = f"/{model_entity(model.label)}"
+        for channel, value in (("hs", 0.1), ("vs", -0.2), ("looming", 0.6), ("azimuth", 0.5)):
+            np.testing.assert_array_equal(np.ravel(held[f"{root}/{channel}"]["scalars"]), [value] * COUNT)
+        for channel, counts in (("hs", COUNTS), ("vs", -COUNTS), ("looming", [1] * COUNT)):
+            np.testing.assert_array_equal(np.ravel(held[f"{root}/spikes/{channel}"]["scalars"]), counts)
+        assert held[f"{root}/threshold"]["scalars"] == [[-0.16, 0.16, 0.7]] * 2
+        assert model_part(f"{root}/spikes/hs".strip("/")) == (model.label, "spikes/hs")
+    assert all({"time", "frame"} <= set(entity) for entity in held.values())
+    assert not [entity for entity in held if any(part.isdigit() for part in re.split("[/_]", entity))], "no value"
+
+
+def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_alike(tmp_path):
+    held = columns(written(tmp_path / "a.rrd"), static=True)
+    for label, tint in colours(model.label for model in CONTENT.models).items():
+        root = f"/{model_entity(label)}"
+        assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == rgb(tint)
+        assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
+
+
+def test_a_robot_and_an_obstacle_have_their_sizes_in_cm(tmp_path):
+    shell = SceneConfig(shell_width_cm=6.0, shell_height_cm=4.5)
+    block = outlines([Obstacle("block", np.array([[0.1, 0.0], [0.2, 0.0], [0.2, 0.1]]), 0.04)])
+    content = Content(CONTENT.models[:1], scene=shell, robots=(("stimulus", "colias_black"),), obstacles=block)
+    held = columns(written(tmp_path / "a.rrd", content), static=True)
+    robot, edges = held["/world/stimulus"], np.array(held["/world/arena/obstacles"]["strips"][0])
+    np.testing.assert_allclose([robot["radii"], robot["lengths"]], [[[3.0]], [[4.5]]], rtol=1e-6)
+    x, y, z = np.transpose(held["/world/arena/wall"]["vertex_positions"][0])
+    np.testing.assert_allclose(np.hypot(x, y), 45.0, rtol=1e-6)
+    assert {*z} == {0.0, WALL_HEIGHT_CM}
+    np.testing.assert_allclose(edges.max(axis=(0, 1)), [20.0, 10.0, 4.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("layer", "grey", "tint"), [
+    ("p", 138, ON), ("p", 118, OFF), ("la", 168, ON), ("la", 88, OFF), ("f_on", 128, ON), ("f_off", 128, OFF),
+])  # fmt: skip
+def test_a_layer_is_warm_where_it_became_brighter_and_cool_where_darker(layer, grey, tint):
+    """The full colour is that of 40 grey levels, or of an F of 1."""
+    still = 0 if layer.startswith("f") else 128
+    assert [map_colours(layer)[value] for value in (still, grey)] == [STILL, tint]
+
+
+def test_a_saved_layout_is_opened_with_and_is_not_put_over_a_reader_s_own(tmp_path):
+    command = [*program(), "rrd", "print", str(written(tmp_path / "a.rrd"))]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    orders = re.findall(r"BlueprintActivationCommand.*(make_active.*)", printed)
+    assert orders == ["make_active: false, make_default: true)"]
