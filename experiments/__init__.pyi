@@ -16,10 +16,10 @@ from .declare.experiment import Egomotion as Egomotion
 from .declare.experiment import Experiment as Experiment
 from .declare.experiment import General as General
 from .declare.experiment import Translation as Translation
+from .declare.outcome import Outcome as Outcome
 from .declare.study import Fit as Fit
 from .declare.study import Study as Study
 from .judge.tests import Score as Score
-from .judge.verdict import Outcome as Outcome
 from .judge.verdict import Verdict as Verdict
 from .kinds.api import fit as fit
 from .kinds.api import run as run

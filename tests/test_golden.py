@@ -13,7 +13,7 @@ import pytest
 from polars.testing import assert_frame_equal
 
 import colias_sim  # noqa: F401
-from experiments.kinds import board as leaderboard
+from experiments.paper import boards as leaderboard
 from tests.helpers.inside import inside
 
 TABLES = Path(__file__).parent / "golden" / "tables"

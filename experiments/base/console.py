@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,9 +16,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress
 from rich.table import Table
 from rich.text import Text
-
-from experiments.judge.count import Kind
-from experiments.judge.verdict import Verdict
 
 if TYPE_CHECKING:
     import polars as pl
@@ -32,14 +29,6 @@ LINE_EVERY_S = 60.0
 out_console = Console(soft_wrap=True, highlight=False, emoji=False, markup=False)
 error_console = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False, markup=False)
 """They print texts as they are: the terminal breaks lines, and brackets are no markup."""
-
-VERDICT_COLOURS: Mapping[Kind, str] = {
-    "holds": "green",
-    "fails": "red",
-    "sometimes": "yellow",
-    "counted": "cyan",
-    "unjudged": "yellow",
-}
 
 
 def count(number: int, thing: str) -> str:
@@ -71,35 +60,6 @@ def _text(cell: object) -> str:
     if isinstance(cell, list | tuple):
         return ", ".join(map(_text, cell))
     return "" if cell is None else f"{cell:,.0f}" if isinstance(cell, int | float) else str(cell)
-
-
-def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenance: str = "") -> None:
-    """Print each verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
-
-    What else was measured stands in ``claims.json``.
-
-    Parameters
-    ----------
-    verdicts
-        The verdicts.
-    model
-        Whether to name the model that each is about.
-    provenance
-        Where the trials come from; empty where they are simulated.
-    """
-    skipped = {verdict.id: verdict.outcome.least for verdict in verdicts if verdict.outcome.least}
-    for verdict in (verdict for verdict in verdicts if not verdict.outcome.least):
-        counted = verdict.count
-        who = f" ({verdict.model})" if model and verdict.model else ""
-        origin = f" [{provenance}]" if provenance else ""
-        sentence = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}"
-        if verdict.equal is not None and verdict.outcome.equal is not None:
-            sentence += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
-        label = Text(counted.sentence(), VERDICT_COLOURS[counted.kind])
-        out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {sentence}"))
-    for least in sorted(set(skipped.values())):
-        names, option = ", ".join(name for name in skipped if skipped[name] == least), f" (--repeats {least})"
-        out_console.print(f"skipped, for want of {least} trials of each condition{option * (not provenance)}: {names}")
 
 
 def print_troubles(judged: Iterable[tuple[str, str]]) -> bool:

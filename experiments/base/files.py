@@ -14,7 +14,6 @@ from typing import Any
 import polars as pl
 
 from dsnn.stimuli import StimulusEntry
-from experiments.declare.claim import Claim
 
 NAME = "run.json"
 """The file that describes a run."""
@@ -60,9 +59,9 @@ def to_json(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Turn what JSON does not know into what it does: dataclasses into objects, a claim into words, others to text."""
-    if isinstance(value, Claim):
-        return {"id": value.id, "says": value.says, "source": value.source}
+    """Return what JSON has for a value: what its ``as_json`` returns, of a dataclass an object, else its text."""
+    if hasattr(value, "as_json"):
+        return value.as_json()
     if isinstance(value, StimulusEntry):
         return value.name
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

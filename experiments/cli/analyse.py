@@ -42,10 +42,11 @@ def reproduce(
     are played too. Verdicts are in claims.json and behaviours.json, the page is report.html. The exit status is 0
     whatever the verdicts are, and 1 if trials failed.
     """
-    from experiments.base.console import show_files, show_verdicts
-    from experiments.paper import page
-    from experiments.paper import reproduce as whole
+    from experiments.base.console import show_files
+    from experiments.cli.tables import show_verdicts
+    from experiments.kinds.tables import BOARDS, shipped
 
+    whole, page = shipped(BOARDS["reproduction"]), shipped(BOARDS["page"])
     pool = options.pool(workers, cluster, quiet)
     scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
     plans = whole.planned(scale, seed, (*whole.MORE_MODELS, *(model or ())), experiment or (), robot_only)
@@ -85,9 +86,9 @@ def sweep(
     0 whatever the counts are, and 1 if trials failed.
     """
     from experiments.base.console import print_troubles
-    from experiments.declare.study import typed
     from experiments.draw.sweep import show
     from experiments.kinds import sweep as sweeps
+    from experiments.kinds.registry import typed
     from experiments.kinds.sweep_plan import planned
 
     pool = options.pool(workers, cluster, quiet)
@@ -112,10 +113,11 @@ def _names(text: str | None) -> list[str] | None:
 
 def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> int:
     """Judge the claims of models' own papers, and show them."""
-    from experiments.base.console import count, show_files, show_verdicts
-    from experiments.paper.reproduce import judge_models
+    from experiments.base.console import count, show_files
+    from experiments.cli.tables import show_verdicts
+    from experiments.kinds.tables import BOARDS, shipped
 
-    verdicts, failures = judge_models(folder, names, seed, pool)
+    verdicts, failures = shipped(BOARDS["reproduction"]).judge_models(folder, names, seed, pool)
     if not pool.quiet:
         show_verdicts(verdicts, model=True)
         show_files(folder, count(len(verdicts), "claim"))
@@ -149,10 +151,11 @@ def fit(
     Writes fit.csv, anew.csv, fit.json and a figure. With the same --out it resumes, also to more --trials.
     """
     from experiments.base.errors import UsageError
-    from experiments.declare.study import Fit, shipped, typed
+    from experiments.declare.study import Fit
     from experiments.draw import fit as report
     from experiments.kinds import fit as fits
-    from experiments.paper.studies import FITS
+    from experiments.kinds.registry import shipped_study, typed
+    from experiments.kinds.tables import FITS
 
     numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
                                "search_repeats": repeats}  # fmt: skip
@@ -160,7 +163,7 @@ def fit(
     if experiment in FITS:
         if over or claims or assignments or model or replicates:
             raise UsageError(f"{experiment}: its box, claims, model, settings and replicates are in its file")
-        asked = dataclasses.replace(shipped(experiment), **given)
+        asked = dataclasses.replace(shipped_study(experiment), **given)
     else:
         name = f"fit-{'-'.join(Path(name).stem for name in experiment.split(','))}"
         study = typed(experiment, name=name, claims=_names(claims), models=model and [model], assignments=assignments,
@@ -190,9 +193,10 @@ def leaderboard(
     """
     from experiments.base.console import count, out_console, show_files
     from experiments.draw import scoreboard
-    from experiments.kinds import board
+    from experiments.kinds.tables import BOARDS, shipped
     from experiments.settings.models import COMPARED, shown_models
 
+    board = shipped(BOARDS["leaderboard"])
     planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
     folder = options.results_folder(out, "leaderboard")
     boards, failures = board.run(planned, folder, options.pool(workers, cluster, quiet))

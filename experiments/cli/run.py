@@ -112,16 +112,16 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
 
 def _call_again(run: Path, arguments: dict[str, Any]) -> int:
     """Do a call of `experiments.run` once more."""
-    import experiments
     from experiments.declare.conditions import Hand
     from experiments.declare.experiment import LIVE, visit
+    from experiments.kinds import api
 
     experiment = arguments.pop("experiment")
     if isinstance(experiment, Mapping) and LIVE in experiment:
         experiment = visit(Hand(**experiment[LIVE]))
     elif isinstance(experiment, Mapping):
         raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
-    return options.EXIT_FAILED if experiments.run(experiment, **arguments).failures.height else 0
+    return options.EXIT_FAILED if api.run(experiment, **arguments).failures.height else 0
 
 
 def watch(
@@ -223,7 +223,8 @@ def behave(
     whoever plays in them. Where collisions count, behaviours are compared with the first one, whose episodes are
     recorded.
     """
-    from experiments.base.console import count, show_files, show_verdicts
+    from experiments.base.console import count, show_files
+    from experiments.cli.tables import show_verdicts
     from experiments.draw import behaviours
     from experiments.kinds import episodes as behaving
 

@@ -199,21 +199,21 @@ def _names(kind: str) -> Mapping[str, str]:
     """Return what there is of a kind: its name, and what it is."""
     match kind:
         case "experiments":
-            from experiments import NAMES, OFFLINE
             from experiments.kinds import registry
+            from experiments.kinds.tables import NAMES, OFFLINE
 
             return {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
         case "studies":
-            from experiments.declare.study import shipped
-            from experiments.paper.studies import STUDIES
+            from experiments.kinds.registry import shipped_study
+            from experiments.kinds.tables import STUDIES
 
             whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
-            return {name: shipped(name).summary for name in STUDIES} | whole
+            return {name: shipped_study(name).summary for name in STUDIES} | whole
         case "fits":
-            from experiments.declare.study import shipped
-            from experiments.paper.studies import FITS
+            from experiments.kinds.registry import shipped_study
+            from experiments.kinds.tables import FITS
 
-            return {name: shipped(name).study.summary for name in FITS}
+            return {name: shipped_study(name).study.summary for name in FITS}
         case "scenes":
             from scenes import ARENAS
 
@@ -229,10 +229,11 @@ def _names(kind: str) -> Mapping[str, str]:
             implied = {name: " (the equations imply it)" if "implied" in texts()[name] else "" for name in claim_ids()}
             return {name: texts()[name]["title"] + note for name, note in implied.items()}
         case "behaviours":
-            from experiments.paper.behaviours import BEHAVIOURS, GROUPS
+            from experiments.kinds.tables import BEHAVIOURS, shipped
 
-            groups = {name: f"a group: {', '.join(members)}" for name, members in GROUPS.items()}
-            return {name: entry.summary for name, entry in BEHAVIOURS.items()} | groups
+            known, groups = shipped(BEHAVIOURS["behaviours"]), shipped(BEHAVIOURS["groups"])
+            notes = {name: f"a group: {', '.join(members)}" for name, members in groups.items()}
+            return {name: entry.summary for name, entry in known.items()} | notes
         case "envs":
             from colias_sim.envs import ENVS
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import polars as pl
+from rich.text import Text
 
 from experiments.base import console as terminal
-from experiments.base.console import count, out_console, show_files, show_verdicts
+from experiments.base.console import count, out_console, show_files
 from experiments.declare.conditions import CONDITION_COLUMNS
+from experiments.judge.count import Kind
 from experiments.judge.judge import flaws
 from experiments.judge.motion import GRADES
+from experiments.judge.verdict import Verdict
 from experiments.kinds.result import Run, whole_networks
 from experiments.show.trial_rows import varying
 from experiments.store.tables import COUNTS, PEAKS, RESPONSES
@@ -76,3 +81,41 @@ def show_motion(run: Run) -> None:
 def _filled(table: pl.DataFrame) -> pl.DataFrame:
     """Return a table without the columns that have only nulls."""
     return table.select(column for column in table if column.null_count() < table.height)
+
+
+VERDICT_COLOURS: Mapping[Kind, str] = {
+    "holds": "green",
+    "fails": "red",
+    "sometimes": "yellow",
+    "counted": "cyan",
+    "unjudged": "yellow",
+}
+
+
+def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenance: str = "") -> None:
+    """Print each verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
+
+    What else was measured stands in ``claims.json``.
+
+    Parameters
+    ----------
+    verdicts
+        The verdicts.
+    model
+        Whether to name the model that each is about.
+    provenance
+        Where the trials come from; empty where they are simulated.
+    """
+    skipped = {verdict.id: verdict.outcome.least for verdict in verdicts if verdict.outcome.least}
+    for verdict in (verdict for verdict in verdicts if not verdict.outcome.least):
+        counted = verdict.count
+        who = f" ({verdict.model})" if model and verdict.model else ""
+        origin = f" [{provenance}]" if provenance else ""
+        sentence = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}"
+        if verdict.equal is not None and verdict.outcome.equal is not None:
+            sentence += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
+        label = Text(counted.sentence(), VERDICT_COLOURS[counted.kind])
+        out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {sentence}"))
+    for least in sorted(set(skipped.values())):
+        names, option = ", ".join(name for name in skipped if skipped[name] == least), f" (--repeats {least})"
+        out_console.print(f"skipped, for want of {least} trials of each condition{option * (not provenance)}: {names}")

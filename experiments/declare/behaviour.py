@@ -25,6 +25,9 @@ Policy = Callable[[Any], Wheels]
 """Function from what is sensed to what to do next: a `dsnn.Response`, or a `colias_sim.envs.State`."""
 Vector = npt.NDArray[np.float32]
 
+AVOIDANCE, FIXATION = "colias_sim/Avoidance-v0", "colias_sim/Fixation-v0"
+OPTOMOTOR, PURSUIT = "colias_sim/Optomotor-v0", "colias_sim/Pursuit-v0"
+"""Ids of the envs."""
 WHEELS = 2
 SENSED = len(NEURAL) + WHEELS
 """Senses of a network: the neural observation, and its last command to the wheels."""

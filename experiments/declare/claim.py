@@ -1,27 +1,26 @@
 """A claim: its words and its judge; and the claims that ship, by id.
 
-The words of those that ship are in ``paper/claims/claims.toml``. Their judges are modules beside it, one
-for each kind of trial, which is imported when a claim on such trials is asked for.
+The words of those that ship are in `WORDS`. Their judges are modules beside it, one for each kind of trial, which is
+imported when a claim on such trials is asked for.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import resources
+from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from experiments.base.errors import check_name, check_unique, short
 from experiments.base.user_code import traced
-from experiments.declare.checks import Check, weakest
-from experiments.judge.count import count
-from experiments.judge.verdict import Outcome, Verdict
+from experiments.declare.checks import Check
+from experiments.declare.outcome import Outcome
 
-PACKAGE = "experiments.paper.claims"
+WORDS = Path(__file__).parents[1] / "paper" / "claims" / "claims.toml"
+"""The words of the claims that ship."""
 DSNN = "dsnn"
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
 EACH_TRIAL, MEANS = 5, 4
@@ -130,7 +129,7 @@ class Claim:
         check_name("claim", self.id)
         if not callable(self.judge):
             raise ValueError(f"claim {self.id}: the judge must be a function, got {short(self.judge)}")
-        if not self.own and not self.judge.__module__.startswith(f"{PACKAGE}."):
+        if not self.own and self.judge.__module__.partition(".")[0] != __name__.partition(".")[0]:
             raise ValueError(f"claim {self.id}: a claim that ships has this id; give yours another")
         if not self.says:
             raise ValueError(f"claim {self.id}: it needs words, as says='...'")
@@ -157,6 +156,10 @@ class Claim:
         """Return whether it is a user's own, and none of those that ship."""
         return self.id not in claim_ids()
 
+    def as_json(self) -> dict[str, str]:
+        """Return what files have of it: its id, its words, and where they are from."""
+        return {"id": self.id, "says": self.says, "source": self.source}
+
     def evaluate(self, trials: Any, *more: Any) -> Outcome:
         """Ask the judge. A user's judge that raises leaves the claim unjudged: the tables count.
 
@@ -181,34 +184,6 @@ class Claim:
             outcome = dataclasses.replace(Outcome.unjudged(why, reason="judge failed"), trouble=traced(error))
         return outcome if outcome.n else dataclasses.replace(outcome, n=len(trials))
 
-    def verdict(
-        self, outcomes: Sequence[Outcome], *, random: bool = True, model: str = "", experiment: str = ""
-    ) -> Verdict:
-        """Return the verdict of the claim over its replicates: the first outcome, and the count of all.
-
-        Parameters
-        ----------
-        outcomes
-            One of each replicate, the first one first.
-        random
-            Whether anything differs between replicates.
-        model, experiment
-            As of a `Verdict`.
-
-        Returns
-        -------
-        Verdict
-            The verdict.
-        """
-        again = [outcome.equal.verdict if outcome.equal else "not shown" for outcome in outcomes]
-        return Verdict(
-            self.id, self.says, self.source, outcomes[0], count([one.verdict for one in outcomes], random=random),
-            model, experiment, trouble=next((one.trouble for one in outcomes if one.trouble), ""),
-            equal=count(again, random=random) if any(one.equal for one in outcomes) else None,
-            decisions=tuple((one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes),
-            title=self.title,
-        )  # fmt: skip
-
 
 def _outcome(answer: Any) -> Outcome:
     if not isinstance(answer, Outcome | list | tuple):
@@ -217,8 +192,8 @@ def _outcome(answer: Any) -> Outcome:
 
 
 Judge = TypeVar("Judge", bound=Callable[..., Any])
-_SHIPPED: dict[str, dict[str, Claim]] = {}
-"""Module of `PACKAGE` -> id -> claim, of the modules imported so far."""
+SHIPPED: dict[str, dict[str, Claim]] = {}
+"""What claims are judged on -> id -> claim, of the modules of judges that are imported so far."""
 
 
 def shipped(claim: str, **fields: Any) -> Callable[[Judge], Judge]:
@@ -237,7 +212,7 @@ def shipped(claim: str, **fields: Any) -> Callable[[Judge], Judge]:
     def declare(judge: Judge) -> Judge:
         on, words = judge.__module__.rpartition(".")[2], texts()[claim]
         declared: Any = {name: words.get(name, "") for name in ("says", "source", "title")} | {"on": on, **fields}
-        _SHIPPED.setdefault(on, {})[claim] = Claim(id=claim, judge=judge, **declared)
+        SHIPPED.setdefault(on, {})[claim] = Claim(id=claim, judge=judge, **declared)
         return judge
 
     return declare
@@ -246,7 +221,7 @@ def shipped(claim: str, **fields: Any) -> Callable[[Judge], Judge]:
 @cache
 def texts() -> Mapping[str, Any]:
     """Return the tables of ``claims.toml``, which says what is in them; line breaks inside a text are spaces."""
-    return dict(_joined(tomllib.loads(resources.files(PACKAGE).joinpath("claims.toml").read_text("utf-8"))))
+    return dict(_joined(tomllib.loads(WORDS.read_text("utf-8"))))
 
 
 def _joined(value: Any) -> Any:
@@ -256,17 +231,6 @@ def _joined(value: Any) -> Any:
 def claim_ids(letter: str = "") -> tuple[str, ...]:
     """Return the ids of the claims that ship, in order, the paper's first; of one ``letter`` those alone."""
     return tuple(name for name in texts() if name.startswith(letter) and name not in ("mechanisms", "papers"))
-
-
-def claims_on(on: str) -> Mapping[str, Claim]:
-    """Return id -> claim, of those that ship and are judged on ``robot``, ``clips``, ``footage`` or ``behaviours``."""
-    importlib.import_module(f"{PACKAGE}.{on}")
-    return {claim: _SHIPPED[on][claim] for claim in claim_ids() if claim in _SHIPPED[on]}
-
-
-def find_claim(claim: Claim | str, on: str) -> Claim:
-    """Return a claim by its id and what it is judged on, or ``KeyError``; a user's own claim stands for itself."""
-    return claim if isinstance(claim, Claim) else claims_on(on)[claim]
 
 
 def check_claims(experiment: str, claims: Any) -> None:

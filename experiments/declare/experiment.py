@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args
 
 from pydantic import AfterValidator, Field
 
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn.field_docs import parameters, unit
 from experiments.base.errors import check_declared, check_known
 from experiments.base.user_code import run_main
@@ -24,10 +23,17 @@ from experiments.declare.conditions import (
     Hand,
     Motion,
 )
-from experiments.settings.models import ConfiguredModel
-from experiments.show.excitation import NEEDED
 
 Drawing = Literal["spikes", "mechanism", "excitation"]
+WHOLE, BALANCED = "dsnn", "dsnn:w_i=1"
+"""The network, and the one whose inhibition weighs as much as its excitation."""
+EXCITED = ("dsnn-off-blocked:w_i=0", "dsnn-on-blocked:w_i=0")
+"""The ON pathway and the OFF pathway, each alone, with excitation alone."""
+OPPOSED = ("dsnn-off-blocked:w_i=1", "dsnn-on-blocked:w_i=1")
+"""Parts of the network with inhibition of weight 1."""
+PARTS = (*EXCITED, *OPPOSED)
+NEEDED = (WHOLE, BALANCED, *PARTS)
+"""Models that the figure of excitation takes."""
 
 
 class Design(Protocol):
@@ -145,18 +151,6 @@ class Experiment:
         ...     EXPERIMENT.main()
         """
         run_main()
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """Settings of the trials of a run. Every model of ``models`` sees the same frames."""
-
-    models: tuple[ConfiguredModel, ...]
-    robot: RobotConfig
-    camera: CameraConfig
-    scene: SceneConfig
-    pose_sd_mm: float
-    heading_sd_deg: float
 
 
 # --- designs ----------------------------------------------------------------------------------------------------------

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-import importlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
-from experiments.base.errors import UsageError, check_known, check_name
-from experiments.base.user_code import declared, declares, is_file
+from experiments.base.errors import UsageError, check_name
 from experiments.declare.claim import Claim
-from experiments.paper.studies import FITS, STUDIES
-from experiments.settings.grid import Levels
-from experiments.settings.models import named_model
 
+Levels = Mapping[str, tuple[str, ...]]
+"""Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
 TOGETHER = "all"
 """Id of all claims of a grid, or a fit, together, where there are several."""
 WHOLE = 10
@@ -163,45 +158,3 @@ def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
         if isinstance(values, str):
             raise UsageError(f"{where}: {name} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
         object.__setattr__(declaration, name, tuple(values))
-
-
-def shipped(name: str) -> Any:
-    """Return the study or the fit that ships under a name; `UsageError` where there is none."""
-    check_known("study or fit", name, STUDIES | FITS)
-    module, _, variable = (STUDIES | FITS)[name].partition(".")
-    return getattr(importlib.import_module(f"experiments.paper.studies.{module}"), variable)
-
-
-def called(name: str) -> Study | None:
-    """Return the study that ships under a name, or that a user's file declares as ``STUDY``; ``None`` without one.
-
-    Files of models and experiments are looked for beside the user's file.
-    """
-    if "," in name or not is_file(name):
-        return shipped(name) if name in STUDIES else None
-    path = Path(name)
-    if not declares(path, "STUDY"):
-        return None
-    study: Study = declared(path, "STUDY", Study)
-    models = tuple(named_model(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
-    folder = path.resolve().parent
-    experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
-    return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))
-
-
-def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
-    """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
-
-    ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
-    """
-    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
-    if study is None:
-        assert isinstance(experiment, str)
-        names = tuple(name for name in experiment.split(",") if name)
-        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
-        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
-    asked = {name: value for name, value in given.items() if value is not None}
-    if over and isinstance(experiment, Study):
-        asked["over"] = tuple(over)
-    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
-    return dataclasses.replace(study, **asked)

@@ -15,10 +15,11 @@ from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
 from experiments.declare.conditions import CONDITION_COLUMNS
+from experiments.declare.experiment import BALANCED, PARTS, WHOLE
 from experiments.draw import findings, style
 from experiments.draw.findings import axis, drawn_of, level_text, unit
 from experiments.judge.tests import LEAST_FOR_INTERVAL
-from experiments.show.excitation import BALANCED, MOTION, PARTS, WHOLE
+from experiments.show.excitation import MOTION
 from experiments.show.trial_rows import varying
 from experiments.store.tables import origin
 

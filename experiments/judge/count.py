@@ -9,32 +9,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, Literal
 
+from experiments.declare.outcome import REASONS, Reason
 from experiments.judge.tests import proportion_interval
 
-Reason = Literal["judge failed", "not shown", "silent model", "unknown constants"]
-"""Why a claim cannot be judged in a replicate.
-
-``judge failed``: a user's own judge raised an error, or returned no outcome. ``not shown``: trials, clips, models or
-columns that it needs are missing, too few or flawed. ``silent model``: it is kept, but by a model that does not
-answer the crossings that the paper has it answer, so that a network that is always silent would keep it too.
-``unknown constants``: what it says of the DSNN holds; the rest hangs on constants of another model that are not known,
-whichever way it comes out with those assumed.
-"""
 Word = Literal["holds", "fails", "sometimes", ""]
 """A claim's word over its replicates; empty where too few could be judged for a word."""
 Kind = Literal["holds", "sometimes", "fails", "counted", "unjudged"]
 """A word; or ``counted``, where too few could be judged for one; or ``unjudged``, where none could."""
 
-REASONS: Mapping[Reason, str] = MappingProxyType({
-    "judge failed": "its judge went wrong",
-    "not shown": "what it needs was not shown",
-    "silent model": "the model keeps it, but does not answer the paper's own crossings either",
-    "unknown constants": "what it says of the DSNN holds, and another model's constants are not known",
-})  # fmt: skip
-"""Reason -> what it means."""
 
 LEAST_JUDGED = 20
 """Replicates that could be judged, below which there is no word, just the count."""

@@ -14,9 +14,9 @@ from itertools import product
 from typing import Any
 
 from experiments.declare.checks import is_number, unreadable
-from experiments.declare.claim import Claim, find_claim
+from experiments.declare.claim import Claim
 from experiments.declare.conditions import CONDITION_COLUMNS
-from experiments.judge.verdict import Outcome
+from experiments.declare.outcome import Outcome
 from experiments.settings.models import NO_SPIKES
 from experiments.store.tables import group, is_imported
 from scenes.hints import nearest
@@ -44,15 +44,13 @@ EVERY = ()
 """Marks a column of a claim on clips of which each level counts."""
 
 
-def judge(
-    claim: Claim | str, rows: Rows, threshold: float | None, all_rows: Rows | None = None, *, on: str = "robot"
-) -> Outcome:
+def judge(claim: Claim, rows: Rows, threshold: float | None, all_rows: Rows | None = None) -> Outcome:
     """Judge one claim: on one model's rows, or on those of the models that it compares; of clips at one seed.
 
     Parameters
     ----------
     claim
-        The claim, or its id.
+        The claim.
     rows
         Rows of ``trials.parquet``: the model's, or for a claim with ``models`` those of all models.
     threshold
@@ -60,28 +58,25 @@ def judge(
     all_rows
         Rows of other experiments and seeds too, where there are more than ``rows``. A claim that a silent network would
         satisfy is held against the translations among them.
-    on
-        What a claim that is given by its id is judged on.
     """
-    asked = find_claim(claim, on)
-    missing = sorted(asked.models - {row.get("model") for row in rows})
+    missing = sorted(claim.models - {row.get("model") for row in rows})
     if missing:
         return Outcome.unjudged(f"needs {' and '.join(missing)}")
-    if threshold is None and not asked.of_potentials:
+    if threshold is None and not claim.of_potentials:
         return Outcome.unjudged(NO_SPIKES)
     outcome = _judged(
-        asked, [row for row in rows if not asked.models or row["model"] in asked.models], threshold or 0.0
+        claim, [row for row in rows if not claim.models or row["model"] in claim.models], threshold or 0.0
     )
-    if asked.silent_passes and threshold is not None:
+    if claim.silent_passes and threshold is not None:
         everything = rows if all_rows is None else all_rows
-        if asked.on == "clips":
-            outcome = outcome.against_silence(_clips_answered(asked.spiking, everything, threshold), "clip")
+        if claim.on == "clips":
+            outcome = outcome.against_silence(_clips_answered(claim.spiking, everything, threshold), "clip")
         else:
             outcome = outcome.against_silence(_trials_answered(everything), "trial")
-    again = _on_equal_terms(asked, rows)
+    again = _on_equal_terms(claim, rows)
     if not again:
         return outcome
-    return replace(outcome, equal=judge(replace(asked, settled=True, equal_terms={}), again, threshold, all_rows))
+    return replace(outcome, equal=judge(replace(claim, settled=True, equal_terms={}), again, threshold, all_rows))
 
 
 def _on_equal_terms(claim: Claim, rows: Rows) -> list[Mapping[str, Any]]:

@@ -10,10 +10,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.declare.claim import Claim, find_claim
-from experiments.declare.experiment import Experiment
+from experiments.declare.claim import Claim
+from experiments.declare.outcome import Outcome
 from experiments.judge.judge import judge
-from experiments.judge.verdict import Outcome
 from experiments.settings.models import counted_channel
 from experiments.show.robot import RobotTrial
 
@@ -60,12 +59,6 @@ def replicate(specs: Sequence[RobotTrial], rows: Sequence[Row]) -> Replicate:
     lost = Counter((experiment, model) for experiment, index, model in planned.keys() - by_trial.keys())
     thresholds = {model.label: model.thresholds for model in planned.values()}
     return Replicate(tuple(by_trial[key] for key in planned if key in by_trial), lost, thresholds)
-
-
-def asked_models(experiment: Experiment) -> tuple[str, ...]:
-    """Return the models that an experiment's claims are about: its own, with looming detectors where a claim is."""
-    looming = any(find_claim(claim, "robot").about == "looming" for claim in experiment.claims)
-    return (*experiment.models, *LOOMING_DETECTORS) if looming else experiment.models
 
 
 def judged(claim: Claim, trials: Replicate, place: str) -> Outcome:

@@ -6,7 +6,7 @@ Every table here has rows of a run's ``trials.parquet``; functions of one behavi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 
 import polars as pl
@@ -14,13 +14,13 @@ import polars as pl
 from colias_sim.envs import ENVS, RETURN
 from colias_sim.envs.measures import FREE_DISTANCE, PER_METRE, PER_MINUTE
 from experiments.declare.checks import Check
-from experiments.declare.claim import claims_on
+from experiments.declare.claim import Claim
+from experiments.declare.outcome import Outcome
 from experiments.judge.tests import Score, poisson_interval, proportion_interval, summarise
-from experiments.judge.verdict import Outcome, Verdict
+from experiments.judge.verdict import Verdict, verdict_of
+from experiments.show.episodes import COLUMNS
 from experiments.store.tables import known
 
-COLUMNS = {name: ends for env in ENVS.values() for name, ends in env.columns.items()}
-"""Every column that an env declares -> its least and largest possible value."""
 SUMMARY = pl.Schema(
     {"env": str, "behaviour": str, "measure": str, "episodes": int, "value": float, "ci_low": float, "ci_high": float}
 )
@@ -136,15 +136,15 @@ def summary(trials: pl.DataFrame, env: str, reference: str) -> pl.DataFrame:
 # --- claims -----------------------------------------------------------------------------------------------------------
 
 
-def verdicts(env: str, behaviours: Collection[str], trials: pl.DataFrame) -> list[Verdict]:
-    """Judge the claims about behaviours that were played in an env. All episodes together are one replicate."""
+def verdicts(claims: Iterable[Claim], env: str, behaviours: Collection[str], trials: pl.DataFrame) -> list[Verdict]:
+    """Judge those of the ``claims`` whose behaviours were played in an env. All episodes together are one replicate."""
     judged = []
-    for claim in claims_on("behaviours").values():
+    for claim in claims:
         if env in claim.conditions["env"] and claim.models <= set(behaviours):
             missing = claim.models - set(trials["model"])
             outcome = Outcome.unjudged(f"needs episodes of {' and '.join(sorted(claim.models))}")
             outcome = outcome if missing else claim.evaluate(trials)
-            judged.append(claim.verdict([outcome], experiment=env))
+            judged.append(verdict_of(claim, [outcome], experiment=env))
     return judged
 
 

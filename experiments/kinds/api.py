@@ -16,11 +16,12 @@ from experiments.base.errors import UsageError, check_known, short
 from experiments.base.files import new_folder
 from experiments.declare.claim import Claim
 from experiments.declare.experiment import LIVE, Experiment
-from experiments.declare.study import Fit, Study, shipped, typed
+from experiments.declare.study import Fit, Study
 from experiments.kinds import clips as offline
 from experiments.kinds import fit as fits
 from experiments.kinds import registry, trials
 from experiments.kinds import sweep as sweeps
+from experiments.kinds.registry import shipped_study, typed
 from experiments.kinds.result import Run
 from experiments.kinds.sweep_plan import planned as planned_sweep
 from experiments.settings.models import model_texts, shown_models
@@ -245,7 +246,7 @@ def fit(
     >>> run = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
     >>> print(*run.fitted["sentences"], sep="\\n")
     """
-    asked = shipped(fit) if isinstance(fit, str) else fit
+    asked = shipped_study(fit) if isinstance(fit, str) else fit
     if not isinstance(asked, Fit):
         raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
     place = new_folder(asked.study.name) if out is None else Path(out)

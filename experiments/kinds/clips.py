@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from experiments.base.console import error_console
-from experiments.declare.claim import find_claim
+from experiments.declare.outcome import Outcome
 from experiments.judge import stored
 from experiments.judge.judge import judge
 from experiments.judge.tests import summary_rows
-from experiments.judge.verdict import Outcome, Verdict
+from experiments.judge.verdict import Verdict, verdict_of
+from experiments.kinds.registry import find_claim
 from experiments.kinds.result import Run, load
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import Pictures
@@ -162,5 +163,5 @@ def verdicts(
             judge(claim, of_seed, spiking.get(claim.spiking), all_rows or rows) if there else lost
             for of_seed, there in zip(by_seed, whole, strict=True)
         ]
-        found.append(claim.verdict(outcomes, random=random, experiment=experiment.name))
+        found.append(verdict_of(claim, outcomes, random=random, experiment=experiment.name))
     return found

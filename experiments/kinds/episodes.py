@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import polars as pl
@@ -19,24 +20,18 @@ from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.randomise import PRESET
 from experiments.base.console import progress
-from experiments.base.errors import UsageError, check_unique
-from experiments.base.user_code import is_own
-from experiments.declare.behaviour import Behaviour
+from experiments.base.errors import UsageError, check_known, check_unique
+from experiments.base.user_code import declared, is_own
+from experiments.declare.behaviour import ENDING, Behaviour, load_policy
 from experiments.judge import scores as scoring
 from experiments.judge import stored
 from experiments.judge.tests import Score
+from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load
-from experiments.settings.models import choose
+from experiments.kinds.tables import BEHAVIOURS, shipped
+from experiments.settings.models import choose, named_model
 from experiments.settings.settings import check_counts
-from experiments.show.episodes import (
-    EPISODES,
-    STEPS,
-    EpisodeTrial,
-    env_id,
-    load_behaviour,
-    play,
-    record,
-)  # fmt: skip
+from experiments.show.episodes import EPISODES, STEPS, EpisodeTrial, env_id, play, record  # fmt: skip
 from experiments.store import provenance
 from experiments.store.runs import Batch
 from experiments.store.tables import TrialRecord, drawn_here, recording_of
@@ -116,18 +111,17 @@ def plan(
     UsageError
         It cannot be played so.
     """
-    from experiments.paper.behaviours import GROUPS, REFERENCE
-
-    asked = dict.fromkeys(member for name in names for member in GROUPS.get(name, (_source(name),)))
+    groups, references = (shipped(BEHAVIOURS[name]) for name in ("groups", "references"))
+    asked = dict.fromkeys(member for name in names for member in groups.get(name, (_source(name),)))
     first = load_behaviour(next(iter(asked)))
     where = env_id(env or first.env)
     options = env_options(where, assignments, first.options)
-    references = [member for name in names for member in REFERENCE.get(name, ())]
-    others = (references or ENVS[where].baselines) if baselines else ()
+    compared = [member for name in names for member in references.get(name, ())]
+    others = (compared or ENVS[where].baselines) if baselines else ()
     played = tuple(dict.fromkeys([*asked, *others]))
     check_counts(seed, count, "--episodes")
     check_unique("two behaviours", [load_behaviour(name).name for name in played])
-    return episodes(played, where, options, count, seed, reference=(references or [first.name])[0])
+    return episodes(played, where, options, count, seed, reference=(compared or [first.name])[0])
 
 
 def _source(name: str) -> str:
@@ -210,7 +204,11 @@ def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, *, recordings: int
     with replace(batch, work=partial(work, recorded=recordings), description=description).run(out, pool) as folder:
         trials = folder.table("trials")
         # A claim is about the env as it is.
-        judged = [] if batch.description["options"] else scoring.verdicts(env, names, trials)
+        judged = (
+            []
+            if batch.description["options"]
+            else scoring.verdicts(claims_on("behaviours").values(), env, names, trials)
+        )
         folder.write_json("claims.json", stored.document(judged))
         played = load(out)
         summary = scoring.summary(trials, env, batch.description["reference"])
@@ -270,3 +268,22 @@ def score(
             rows.append(play(entry, where, options, seed + repeat).row())
             advance()
     return scoring.scores(pl.DataFrame(rows, EPISODES, strict=False), where)
+
+
+def load_behaviour(source: str) -> Behaviour:
+    """Return the registered behaviour ``source``, the ``BEHAVIOUR`` of a .py file, or the policy in an .npz file.
+
+    Raises
+    ------
+    UsageError
+        The name is unknown, or the file declares no `Behaviour` or holds no policy.
+    """
+    if source.endswith(ENDING):
+        return load_policy(Path(source)).behaviour(Path(source).stem)
+    if not is_own(source):
+        known, groups = shipped(BEHAVIOURS["behaviours"]), shipped(BEHAVIOURS["groups"])
+        check_known("behaviour", source, known if source in groups else (*groups, *known))
+        return cast(Behaviour, known[source])
+    entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
+    env_id(entry.env)
+    return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))

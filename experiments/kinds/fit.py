@@ -18,9 +18,9 @@ import polars as pl
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.base.streams import stream
+from experiments.declare.outcome import together
 from experiments.declare.study import TOGETHER, Fit, Study
 from experiments.judge.count import Count, count
-from experiments.judge.verdict import together
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.result import Run, load
 from experiments.kinds.sweep import MOST_SLACK

@@ -23,7 +23,7 @@ from experiments.base.user_code import is_own
 from experiments.draw import viewer
 from experiments.judge import motion, stored
 from experiments.kinds.result import Run, load
-from experiments.paper.claims import footage
+from experiments.kinds.tables import CLAIMS, shipped
 from experiments.settings.models import ConfiguredModel, model_texts, rate_notes, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.settings import assignments, changed, check_counts, collect, watchers
@@ -217,7 +217,7 @@ def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False,
         rates = [] if source.rate is None else rate_notes((model, source.rate) for model in trial.models)
         notes = list(filter(None, [forms.note(), *source.notes(time_s), *rates, early]))
         found = motion.motions(frames, {model.label: model.thresholds for model in trial.models})
-        judged = footage.verdicts(frames, trial.models, "watch") if source.flow else []
+        judged = shipped(CLAIMS["footage"]).verdicts(frames, trial.models, "watch") if source.flow else []
         folder.write_text("summary.csv", found.write_csv())
         folder.write_json("claims.json", stored.document(judged))
         folder.write_json(NAME, {**read_description(out), NOTES: notes, EARLY: bool(early)})

@@ -1,18 +1,20 @@
-"""Find experiments: registered names, or the path of a user's own file."""
+"""Find what ships by its name, and what a user's own file declares: experiments, studies, claims."""
 
 from __future__ import annotations
 
 import dataclasses
-import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
-from experiments import NAMES, OFFLINE
 from experiments.base.errors import UsageError, check_known
-from experiments.base.user_code import declared, is_file, named_file
-from experiments.declare.claim import Claim, claims_on
+from experiments.base.user_code import declared, declares, is_file, named_file
+from experiments.declare.claim import SHIPPED, Claim, claim_ids
 from experiments.declare.experiment import Experiment
+from experiments.declare.study import Study
+from experiments.judge.replicates import LOOMING_DETECTORS
+from experiments.kinds.tables import CLAIMS, EXPERIMENTS, FITS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.settings.models import named_model
 from experiments.show.clips import OfflineExperiment
 from scenes import is_arena_file
@@ -34,10 +36,9 @@ def find(name: str) -> Experiment | OfflineExperiment:
     """
     experiment: Experiment | OfflineExperiment
     if name in NAMES:
-        experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
+        experiment = shipped(EXPERIMENTS[name])
     elif name in OFFLINE:
-        clips = importlib.import_module("experiments.paper.clips").EXPERIMENTS
-        experiment = next(entry for entry in clips if entry.name == name)
+        experiment = next(entry for entry in shipped(EXPERIMENTS[name]) if entry.name == name)
     elif is_file(name):
         experiment = _of_file(Path(name))
     else:
@@ -86,3 +87,62 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
                 raise UsageError(f"{name}: claim {claim.id} is on {claim.on}: expected on='{on}' here")
         else:
             check_known(f"{name}: claim", claim, claims_on(on))
+
+
+def shipped_study(name: str) -> Any:
+    """Return the study or the fit that ships under a name; `UsageError` where there is none."""
+    places = {**STUDIES, **FITS}
+    check_known("study or fit", name, places)
+    return shipped(places[name])
+
+
+def called(name: str) -> Study | None:
+    """Return the study that ships under a name, or that a user's file declares as ``STUDY``; ``None`` without one.
+
+    Files of models and experiments are looked for beside the user's file.
+    """
+    if "," in name or not is_file(name):
+        return shipped_study(name) if name in STUDIES else None
+    path = Path(name)
+    if not declares(path, "STUDY"):
+        return None
+    study: Study = declared(path, "STUDY", Study)
+    models = tuple(named_model(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
+    folder = path.resolve().parent
+    experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
+    return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))
+
+
+def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
+    """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
+
+    ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
+    """
+    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
+    if study is None:
+        assert isinstance(experiment, str)
+        names = tuple(name for name in experiment.split(",") if name)
+        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
+        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
+    asked = {name: value for name, value in given.items() if value is not None}
+    if over and isinstance(experiment, Study):
+        asked["over"] = tuple(over)
+    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
+    return dataclasses.replace(study, **asked)
+
+
+def claims_on(on: str) -> Mapping[str, Claim]:
+    """Return id -> claim, of those that ship and are judged on ``robot``, ``clips``, ``footage`` or ``behaviours``."""
+    shipped(CLAIMS[on])
+    return {claim: SHIPPED[on][claim] for claim in claim_ids() if claim in SHIPPED[on]}
+
+
+def find_claim(claim: Claim | str, on: str) -> Claim:
+    """Return a claim by its id and what it is judged on, or ``KeyError``; a user's own claim stands for itself."""
+    return claim if isinstance(claim, Claim) else claims_on(on)[claim]
+
+
+def asked_models(experiment: Experiment) -> tuple[str, ...]:
+    """Return the models that an experiment's claims are about: its own, with looming detectors where a claim is."""
+    looming = any(find_claim(claim, "robot").about == "looming" for claim in experiment.claims)
+    return (*experiment.models, *LOOMING_DETECTORS) if looming else experiment.models

@@ -18,6 +18,7 @@ import polars as pl
 from experiments.base.errors import UsageError
 from experiments.base.files import NAME
 from experiments.declare.conditions import Condition
+from experiments.declare.experiment import WHOLE
 from experiments.judge import stored
 from experiments.judge.tests import SUMMARY
 from experiments.judge.verdict import Verdict
@@ -147,9 +148,9 @@ class Run:
         networks = {
             model["label"]: model["network"] for model in self.description.get("settings", {}).get("models", ())
         }
-        if excitation.WHOLE not in networks or self.description["experiment"]["figure"] != "excitation":
+        if WHOLE not in networks or self.description["experiment"]["figure"] != "excitation":
             return pl.DataFrame()
-        return excitation.table(self.trials.to_dicts(), self.frames, float(networks[excitation.WHOLE]["w_i"]))
+        return excitation.table(self.trials.to_dicts(), self.frames, float(networks[WHOLE]["w_i"]))
 
     @cached_property
     def claims(self) -> pl.DataFrame:

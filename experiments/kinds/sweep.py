@@ -18,14 +18,14 @@ import polars as pl
 from experiments.base.files import Files
 from experiments.declare.checks import MARGIN
 from experiments.declare.claim import Claim
-from experiments.declare.study import TOGETHER, Study
+from experiments.declare.outcome import Outcome, together
+from experiments.declare.study import TOGETHER, Levels, Study
 from experiments.judge.count import count, count_columns
 from experiments.judge.measures import UNITS, Measure, measured
 from experiments.judge.replicates import Replicate, judged, of_model, of_models
-from experiments.judge.verdict import Outcome, together
 from experiments.kinds import clips as offline
 from experiments.kinds import trials
-from experiments.settings.grid import Levels, Point, values_of
+from experiments.settings.grid import Point, values_of
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.parameters import Parameters
 from experiments.show import clips

@@ -12,28 +12,18 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from experiments import NAMES
 from experiments.base.errors import UsageError
 from experiments.base.files import plain
-from experiments.declare.claim import Claim, find_claim
+from experiments.declare.claim import Claim
 from experiments.declare.experiment import Experiment
-from experiments.declare.study import Study
+from experiments.declare.study import Levels, Study
 from experiments.judge import measures as measuring
-from experiments.judge.replicates import MODEL, asked_models
+from experiments.judge.replicates import MODEL
 from experiments.kinds import registry, trials
+from experiments.kinds.registry import asked_models, find_claim
 from experiments.kinds.sweep import EVERY_MODEL, Share, Sweep
-from experiments.settings.grid import (
-    Base,
-    Levels,
-    Point,
-    check_keys,
-    knows,
-    levels_of,
-    moves,
-    points_of,
-    sets,
-    values_of,
-)
+from experiments.kinds.tables import NAMES
+from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
 from experiments.settings.settings import changed, check_counts, watchers

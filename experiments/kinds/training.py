@@ -29,6 +29,8 @@ from experiments.base.files import Files
 from experiments.base.streams import stream
 from experiments.declare.behaviour import (
     ENDING,
+    FIXATION,
+    OPTOMOTOR,
     TRAINED_UNDER,
     WHEELS,
     TrainedPolicy,
@@ -41,7 +43,6 @@ from experiments.judge.scores import SUMMARY
 from experiments.judge.tests import Score
 from experiments.kinds import episodes as behave
 from experiments.kinds.result import Run
-from experiments.paper.behaviours import FIXATION, OPTOMOTOR
 from experiments.settings.settings import check_counts
 from experiments.show.episodes import env_id, short_name
 from experiments.store.description import begun

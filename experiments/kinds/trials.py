@@ -14,19 +14,19 @@ from pydantic import ValidationError
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
 from experiments.base.errors import UsageError, as_usage_error
-from experiments.declare.claim import find_claim
 from experiments.declare.conditions import CONDITION_COLUMNS, SCRIPTED
-from experiments.declare.experiment import Design, Experiment, Settings
+from experiments.declare.experiment import Design, Experiment
 from experiments.judge import stored
 from experiments.judge.judge import judge
 from experiments.judge.tests import summary_rows
-from experiments.judge.verdict import Verdict
+from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds.compare import corrected, tested
+from experiments.kinds.registry import find_claim
 from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
 from experiments.settings.models import ConfiguredModel, look_up
 from experiments.settings.parameters import Parameters, differing
 from experiments.settings.pictures import Pictures, digests
-from experiments.settings.settings import applied, changed, check_counts, collect
+from experiments.settings.settings import Settings, applied, changed, check_counts, collect
 from experiments.settings.settings import assignments as of_mapping
 from experiments.show import course
 from experiments.show.play import play
@@ -283,7 +283,7 @@ def _verdicts(
         lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
         outcome = judge(claim, about, thresholds.get(label or claim.spiking)).noting(failed)
-        verdicts.append(claim.verdict([outcome], model=label, experiment=experiment.name))
+        verdicts.append(verdict_of(claim, [outcome], model=label, experiment=experiment.name))
     return verdicts
 
 

@@ -17,8 +17,7 @@ import numpy as np
 from colias_sim.envs import State
 from colias_sim.envs.options import FPS
 from dsnn import MODELS, Response
-from experiments import Behaviour, Wheels
-from experiments.declare.behaviour import WHEELS, steer
+from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR, PURSUIT, WHEELS, Behaviour, Wheels, steer
 
 AHEAD = 0.3
 """Cruising speed of the wheels: 10.5 cm/s."""
@@ -206,9 +205,6 @@ def oracle_ways(state: State) -> Wheels:
         return turn(0.0, AHEAD)
     return turn(0.2 if min(near)[1] < 0 else -0.2)
 
-
-AVOIDANCE, FIXATION = "colias_sim/Avoidance-v0", "colias_sim/Fixation-v0"
-OPTOMOTOR, PURSUIT = "colias_sim/Optomotor-v0", "colias_sim/Pursuit-v0"
 
 ESCAPES = tuple(escape(name) for name, entry in MODELS.items() if entry.channels == ("looming",))
 """An escape reflex for each looming model; that of the hybrid is the LGMD1's."""

@@ -11,14 +11,16 @@ from typing import Any
 
 from experiments.base.files import Files
 from experiments.base.templates import render
-from experiments.declare.claim import claims_on, texts
+from experiments.declare.claim import texts
+from experiments.declare.outcome import REASONS
 from experiments.declare.study import WHOLE
 from experiments.draw import style
 from experiments.draw.robot import PAPER, panels
 from experiments.judge import stored
-from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, REASONS, Count, Kind
+from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, Kind
 from experiments.judge.judge import flaws
 from experiments.judge.verdict import Verdict
+from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load, whole_networks
 from experiments.paper.claims.clips import ASSUMED
 from experiments.paper.claims.readings import CHOSEN_FOR, READINGS, used_to_choose

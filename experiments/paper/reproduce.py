@@ -17,28 +17,30 @@ from typing import Any
 import polars as pl
 
 from colias_sim.envs import ENVS
-from experiments import OFFLINE
 from experiments.base.console import error_console
 from experiments.base.errors import UsageError
 from experiments.base.files import Files, plain
-from experiments.declare.claim import EACH_TRIAL, PAPER, Claim, claim_ids, claims_on, find_claim, texts
+from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
+from experiments.declare.claim import EACH_TRIAL, PAPER, Claim, claim_ids, texts
 from experiments.declare.experiment import Experiment
-from experiments.declare.study import WHOLE, Study, shipped
+from experiments.declare.outcome import Outcome
+from experiments.declare.study import WHOLE, Study
 from experiments.judge import motion, stored
 from experiments.judge.count import LEAST_JUDGED, count
 from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.judge.judge import judge as judge_rows
-from experiments.judge.replicates import MODEL, Replicate, asked_models, judged, places_of, replicate
+from experiments.judge.replicates import MODEL, Replicate, judged, places_of, replicate
 from experiments.judge.scores import LEAST_SEEDS
-from experiments.judge.verdict import Outcome, Verdict
+from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import clips as offline
 from experiments.kinds import episodes as behave
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds import trials as robot_run
+from experiments.kinds.registry import asked_models, claims_on, find_claim, shipped_study
 from experiments.kinds.result import Run, whole_networks
 from experiments.kinds.sweep import EVERY_MODEL, Sweep
+from experiments.kinds.tables import OFFLINE
 from experiments.kinds.trials import plan
-from experiments.paper.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.paper.claims import footage, model_clips
 from experiments.paper.claims.clips import LEAST_GREYS, with_model
 from experiments.paper.claims.models import model_claims
@@ -322,7 +324,7 @@ def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
     """Yield the counts of the studies whose points are clips of off-line experiments."""
     for part, shown in shows:
         if part.name in READ_OFF:
-            study = dataclasses.replace(shipped(part.name), replicates=part.description["repeats"])
+            study = dataclasses.replace(shipped_study(part.name), replicates=part.description["repeats"])
             yield sweep.read(sweep_plan.planned(study, part.description["seed"]), shown)
 
 
@@ -360,15 +362,15 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
     if clips is not None and place:  # the clips at their first seed are a part of each replicate with the robot
         parts = [{"clips": clips.outcome, "the robot": judge(claim, part)} for part in every]
         experiment = f"{clips.experiment}, {place}"
-        return find_claim(claim, "robot").verdict(list(map(Outcome.together, parts)), experiment=experiment)
+        return verdict_of(find_claim(claim, "robot"), list(map(Outcome.together, parts)), experiment=experiment)
     if clips is not None:
         return clips
     if not _about_the_robot(claim):
         on = next(on for on in NEEDS if claim in claims_on(on))
-        return find_claim(claim, on).verdict([Outcome.unjudged(NEEDS[on])])
+        return verdict_of(find_claim(claim, on), [Outcome.unjudged(NEEDS[on])])
     asked = find_claim(claim, "robot")
     places = places_of(asked, place, {row["experiment"] for part in every for row in part.rows})
-    return asked.verdict([judge(claim, part) for part in every], experiment=", ".join(places))
+    return verdict_of(asked, [judge(claim, part) for part in every], experiment=", ".join(places))
 
 
 def _about_the_robot(claim: str) -> bool:
@@ -432,7 +434,7 @@ def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
     """Judge a claim on the variant of ensembles whose delays fall with spacing, at the paper's speeds."""
     rows = [row for row in trials.of(FALLING) if row["experiment"] == "ensembles"]
     rows = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
-    outcome = judge_rows(claim, rows, trials.threshold(FALLING))
+    outcome = judge_rows(find_claim(claim, "robot"), rows, trials.threshold(FALLING))
     lost = trials.lost.get(("ensembles", FALLING), 0)
     return outcome.withheld(f"{lost} trial{'s' * (lost != 1)} failed") if lost else outcome
 
@@ -445,8 +447,8 @@ def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
         own = [row for row in shown if row["clip"].startswith(begins)]
         for repeat in sorted({row["repeat"] for row in own}):
             of_seed = [row for row in own if row["repeat"] == repeat]
-            threshold = offline.thresholds(part)[find_claim(claim, "clips").spiking]
-            outcomes.append(judge_rows(claim, of_seed, threshold, shown, on="clips"))
+            about = find_claim(claim, "clips")
+            outcomes.append(judge_rows(about, of_seed, offline.thresholds(part)[about.spiking], shown))
     return outcomes
 
 
@@ -522,6 +524,6 @@ def judge_models(
                 outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
             else:  # no clip tests it, and its judge says why
                 outcomes.append(claim.judge(pl.DataFrame({"model": labels}), 0.0))
-        found.append(claim.verdict(outcomes, random=random, model=model, experiment="clips"))
+        found.append(verdict_of(claim, outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures

@@ -8,11 +8,10 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from experiments.base.errors import UsageError
+from experiments.declare.study import Levels
 from experiments.settings.models import names
 from experiments.settings.settings import collect
 
-Levels = Mapping[str, tuple[str, ...]]
-"""Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
 Point = tuple[tuple[str, str], ...]
 """Name of each axis with a level."""
 Base = Mapping[str, Any]

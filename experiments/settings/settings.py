@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.base.errors import UsageError, check_known
@@ -243,3 +245,15 @@ def _text(value: Any) -> str:
     if isinstance(value, Iterable) and getattr(value, "ndim", True):
         return ",".join(map(_text, value))
     return str(value).lower()
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Settings of the trials of a run. Every model of ``models`` sees the same frames."""
+
+    models: tuple[ConfiguredModel, ...]
+    robot: RobotConfig
+    camera: CameraConfig
+    scene: SceneConfig
+    pose_sd_mm: float
+    heading_sd_deg: float

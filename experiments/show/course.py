@@ -19,7 +19,7 @@ from colias_sim.motors import TOP_POWER, Motors
 from experiments.base.errors import as_usage_error
 from experiments.base.streams import stream
 from experiments.declare.conditions import DEPTH, Condition, Hand, Trajectory, pose_of
-from experiments.declare.experiment import Settings
+from experiments.settings.settings import Settings
 from scenes import ARENA_RADIUS_CM, ARENAS
 
 if TYPE_CHECKING:

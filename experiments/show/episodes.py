@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -27,13 +26,13 @@ from dsnn.model import CHANNELS, SPIKING
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.streams import stream
-from experiments.base.user_code import declared, is_own
-from experiments.declare.behaviour import ENDING, Behaviour, Policy, load_policy
-from experiments.judge.scores import COLUMNS
-from experiments.settings.models import named_model
+from experiments.declare.behaviour import Behaviour, Policy
 from experiments.show import record as rerun
 from experiments.show.play import FIELDS, FRAMES, Trial
 from experiments.store.tables import JOB, OBSERVER
+
+COLUMNS = {name: ends for env in ENVS.values() for name, ends in env.columns.items()}
+"""Every column that an env declares -> its least and largest possible value."""
 
 EPISODES = pl.Schema(
     {
@@ -64,26 +63,6 @@ class EpisodeTrial(Trial):
     def fps(self) -> float:
         """The env's frame rate, 1/s."""
         return FPS
-
-
-def load_behaviour(source: str) -> Behaviour:
-    """Return the registered behaviour ``source``, the ``BEHAVIOUR`` of a .py file, or the policy in an .npz file.
-
-    Raises
-    ------
-    UsageError
-        The name is unknown, or the file declares no `Behaviour` or holds no policy.
-    """
-    from experiments.paper.behaviours import BEHAVIOURS, GROUPS
-
-    if source.endswith(ENDING):
-        return load_policy(Path(source)).behaviour(Path(source).stem)
-    if not is_own(source):
-        check_known("behaviour", source, BEHAVIOURS if source in GROUPS else (*GROUPS, *BEHAVIOURS))
-        return BEHAVIOURS[source]
-    entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
-    env_id(entry.env)
-    return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
 
 
 def short_name(env: str) -> str:

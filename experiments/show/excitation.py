@@ -21,18 +21,9 @@ from typing import Any
 
 import polars as pl
 
-Rows = Sequence[Mapping[str, Any]]
+from experiments.declare.experiment import BALANCED, EXCITED, NEEDED, OPPOSED, PARTS, WHOLE
 
-WHOLE = "dsnn"
-BALANCED = "dsnn:w_i=1"
-"""The network whose inhibition weighs as much as its excitation."""
-EXCITED = ("dsnn-off-blocked:w_i=0", "dsnn-on-blocked:w_i=0")
-"""The ON pathway and the OFF pathway, each alone, with excitation alone."""
-OPPOSED = ("dsnn-off-blocked:w_i=1", "dsnn-on-blocked:w_i=1")
-"""Parts of the network with inhibition of weight 1."""
-PARTS = (*EXCITED, *OPPOSED)
-NEEDED = (WHOLE, BALANCED, *PARTS)
-"""The models that an experiment with this figure declares."""
+Rows = Sequence[Mapping[str, Any]]
 
 MOTION = ("motion", "direction", "speed_cm_s", "distance_cm", "angle_deg")
 """Columns that tell of a condition."""

@@ -21,8 +21,9 @@ from experiments.base.errors import TrialError
 from experiments.base.streams import stream
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import Command, Condition, Hand, RobotName
-from experiments.declare.experiment import Experiment, Settings
+from experiments.declare.experiment import Experiment
 from experiments.settings.models import ConfiguredModel
+from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
 from experiments.show.play import Sample, Trial
 from experiments.show.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows

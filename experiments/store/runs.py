@@ -13,16 +13,15 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import polars as pl
 
 from colias_sim import GLUnavailable
 from dsnn import forms
 from experiments.base.console import error_console, progress
-from experiments.settings.models import rate_notes
+from experiments.settings.models import ConfiguredModel, rate_notes
 from experiments.settings.parameters import Parameters
-from experiments.show.play import Trial
 from experiments.store import provenance
 from experiments.store.folder import RunFolder
 from experiments.store.tables import TrialRecord, in_words
@@ -32,7 +31,30 @@ SHOWN_FAILURES = 10
 """Failures that are named on the terminal; failures.json has all."""
 
 
-AnyTrial = TypeVar("AnyTrial", bound=Trial)
+class Job(Protocol):
+    """A trial, a clip, an episode: wholly determined, so that doing it is a pure function of it."""
+
+    @property
+    def index(self) -> int:
+        """Its number in the run."""
+
+    @property
+    def seed(self) -> int:
+        """Seed of every random draw."""
+
+    @property
+    def fps(self) -> float:
+        """Rate of the frames that its models are shown, 1/s."""
+
+    @property
+    def models(self) -> Sequence[ConfiguredModel]:
+        """The models that it is shown to."""
+
+    def label(self) -> str:
+        """Return its name in messages."""
+
+
+AnyTrial = TypeVar("AnyTrial", bound=Job)
 
 
 @dataclass(frozen=True, slots=True)

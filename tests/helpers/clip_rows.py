@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from experiments.declare.claim import POTENTIALS, find_claim
+from experiments.declare.claim import POTENTIALS
 from experiments.judge import judge as judging
 from experiments.judge.judge import SIGNED
+from experiments.kinds.registry import find_claim
 from experiments.show.clips import TRIALS
 
 BLOCKED, FEWER = ("dsnn-on-blocked", "dsnn-off-blocked"), ("dsnn:n_con=1", "dsnn:n_con=2")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import polars as pl
 
+from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.judge.scores import verdicts
-from experiments.paper.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.show.episodes import EPISODES
 
 

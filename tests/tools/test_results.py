@@ -9,9 +9,11 @@ import shutil
 import pytest
 
 from experiments.base.files import to_json
-from experiments.declare.claim import claim_ids, find_claim
+from experiments.declare.claim import claim_ids
+from experiments.declare.outcome import Outcome
 from experiments.judge.stored import document
-from experiments.judge.verdict import Outcome
+from experiments.judge.verdict import verdict_of
+from experiments.kinds.registry import find_claim
 from experiments.paper.reproduce import QUICK
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
@@ -124,7 +126,7 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
     files = {
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
-        "claims": document([find_claim("C14", "robot").verdict([held] * 40)]), "behaviours": document([]),
+        "claims": document([verdict_of(find_claim("C14", "robot"), [held] * 40)]), "behaviours": document([]),
         "fidelity/fidelity": {"study": "fidelity", "counts": counts},
         "fidelity/run": {"source": {"commit": "abc123", "dirty": False}},
     }  # fmt: skip

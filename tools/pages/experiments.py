@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from experiments import NAMES, OFFLINE
 from experiments.kinds import registry
+from experiments.kinds.tables import NAMES, OFFLINE
 from tools.pages import markdown
 
 

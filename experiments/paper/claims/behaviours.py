@@ -7,12 +7,12 @@ from dataclasses import replace
 import polars as pl
 
 from colias_sim.envs import ENVS
+from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.declare.checks import Check
 from experiments.declare.claim import shipped as claim
+from experiments.declare.outcome import Outcome
 from experiments.judge import scores as episodes
 from experiments.judge.scores import held, mean_difference, rate_ratio
-from experiments.judge.verdict import Outcome
-from experiments.paper.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 
 TIMES = 5.0
 """How many times less often B1 asks a collision to be, in collisions a metre."""

@@ -15,8 +15,8 @@ import numpy as np
 from experiments.declare.checks import MARGIN, Check, Needs, decide, exceeds, unreadable
 from experiments.declare.claim import DSNN, Claim
 from experiments.declare.claim import shipped as claim
+from experiments.declare.outcome import Outcome
 from experiments.judge.judge import EVERY, SHADES, SIGNED, Row
-from experiments.judge.verdict import Outcome
 from experiments.paper.claims.robot import CONNECTIONS, FEWER, PER_CORRELATOR
 
 if TYPE_CHECKING:

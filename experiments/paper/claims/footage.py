@@ -32,8 +32,9 @@ import numpy as np
 import polars as pl
 
 from experiments.declare.checks import Check
-from experiments.declare.claim import Claim, claims_on
+from experiments.declare.claim import Claim
 from experiments.declare.claim import shipped as claim
+from experiments.declare.outcome import Outcome
 from experiments.judge.motion import (
     LEAST_FRAMES,
     LEAST_SECONDS,
@@ -47,7 +48,8 @@ from experiments.judge.motion import (
     separate,
 )
 from experiments.judge.tests import proportion_interval
-from experiments.judge.verdict import Outcome, Verdict
+from experiments.judge.verdict import Verdict, verdict_of
+from experiments.kinds.registry import claims_on
 from experiments.settings.models import ConfiguredModel
 
 CLAIM = "C12"
@@ -133,5 +135,5 @@ def verdicts(frames: pl.DataFrame, models: Sequence[ConfiguredModel], experiment
                 outcome = Outcome.unjudged("this model has no HS spikes")
             else:
                 outcome = one.evaluate(*columns(rows), threshold, frame_rate(rows))
-            judged.append(one.verdict([outcome], random=False, model=model.label, experiment=experiment))
+            judged.append(verdict_of(one, [outcome], random=False, model=model.label, experiment=experiment))
     return judged

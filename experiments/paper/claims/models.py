@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from dsnn import MODELS
 from experiments.declare.checks import Check, Needs
 from experiments.declare.claim import Claim, texts
+from experiments.declare.outcome import Outcome
 from experiments.judge.judge import SIGNED, Row
-from experiments.judge.verdict import Outcome
 from experiments.paper.claims.clips import answer, rows_of
 from experiments.paper.claims.model_clips import names
 

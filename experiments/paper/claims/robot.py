@@ -16,9 +16,9 @@ from typing import Any
 from experiments.declare.checks import Check, Needs, exceeds, is_number
 from experiments.declare.claim import DSNN
 from experiments.declare.claim import shipped as claim
+from experiments.declare.outcome import Outcome
 from experiments.judge.judge import Row, Rows, paper_trials
 from experiments.judge.tests import contrast, paired, summarise, trend
-from experiments.judge.verdict import Outcome
 from experiments.store.tables import group
 
 ByLevel = Mapping[float, Sequence[float]]

@@ -7,8 +7,9 @@ from typing import Any
 import polars as pl
 
 from experiments import Check, Fit, Study
-from experiments.declare.claim import DSNN, Claim, claims_on, find_claim
-from experiments.judge.verdict import Outcome
+from experiments.declare.claim import DSNN, Claim
+from experiments.declare.outcome import Outcome
+from experiments.kinds.registry import claims_on, find_claim
 from experiments.paper.claims.clips import ASSUMED, answer, rises, with_model
 from experiments.paper.clips import FASTER, VARIANTS_2017, VARIANTS_EMD
 from experiments.paper.studies.robot import DEFAULTS, NETWORK, READINGS

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from experiments import NAMES, OFFLINE
 from experiments.base.errors import UsageError
-from experiments.declare.claim import BEHAVIOURS, PAPER, claim_ids, claims_on, find_claim, texts
+from experiments.declare.claim import BEHAVIOURS, PAPER, claim_ids, texts
 from experiments.kinds import registry
+from experiments.kinds.registry import claims_on, find_claim
+from experiments.kinds.tables import NAMES, OFFLINE
 
 KINDS = ("clips", "robot", "footage", "behaviours")
 WORDS = ("says", "source", "title")

@@ -4,7 +4,8 @@ import itertools
 
 import pytest
 
-from experiments.judge.count import REASONS, Count, count
+from experiments.declare.outcome import REASONS
+from experiments.judge.count import Count, count
 from experiments.judge.tests import proportion_interval
 from experiments.paper.page import totals
 

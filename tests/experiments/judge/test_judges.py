@@ -4,10 +4,11 @@ import re
 
 import pytest
 
-from experiments.declare.claim import DSNN, claims_on
+from experiments.declare.claim import DSNN
 from experiments.ensembles import MODELS
 from experiments.judge.judge import flaws
 from experiments.judge.judge import judge as outcome
+from experiments.kinds.registry import claims_on
 
 CLAIMS = claims_on("robot")
 

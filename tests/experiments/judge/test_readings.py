@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 from experiments.declare.checks import Check
-from experiments.declare.claim import PAPER, claim_ids, claims_on
-from experiments.judge.verdict import Outcome
+from experiments.declare.claim import PAPER, claim_ids
+from experiments.declare.outcome import Outcome
 from experiments.kinds import clips as offline
 from experiments.kinds import registry, sweep, sweep_plan
+from experiments.kinds.registry import claims_on
 from experiments.paper.claims.clips import ASSUMED, compared
 from experiments.paper.claims.readings import CHOSEN_FOR, DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.paper.claims.robot import FALLING

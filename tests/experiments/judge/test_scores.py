@@ -7,6 +7,7 @@ import polars as pl
 import pytest
 from scipy import stats
 
+from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.judge.scores import (
     free_distance,
     mean,
@@ -17,7 +18,6 @@ from experiments.judge.scores import (
     summary,
     verdicts,
 )
-from experiments.paper.behaviours import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.paper.claims.behaviours import LGMD_EPISODES
 from experiments.paper.reproduce import FULL, QUICK, USUAL
 from tests.helpers.episodes import STILL, gaze, judged, outcomes, rows

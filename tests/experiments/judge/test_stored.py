@@ -6,9 +6,11 @@ import math
 import pytest
 
 from experiments import Check, Outcome
-from experiments.declare.claim import find_claim
-from experiments.judge.count import REASONS, Count
+from experiments.declare.outcome import REASONS
+from experiments.judge.count import Count
 from experiments.judge.stored import VERSION, document, verdicts
+from experiments.judge.verdict import verdict_of
+from experiments.kinds.registry import find_claim
 
 CHECKS = (Check("3 spikes", 3.0, 2.0, unit="spikes"), Check("no number", math.nan, (0.4, 0.6), "within", scale=0.1))
 OUTCOMES = {
@@ -26,7 +28,7 @@ OUTCOMES = {
 @pytest.mark.parametrize("name", OUTCOMES)
 @pytest.mark.parametrize("random", [True, False])
 def test_what_is_written_is_read_back(name, random):
-    verdict = find_claim("C1", "clips").verdict(OUTCOMES[name], random=random, model="dsnn", experiment="speed")
+    verdict = verdict_of(find_claim("C1", "clips"), OUTCOMES[name], random=random, model="dsnn", experiment="speed")
     content = json.loads(json.dumps(document([verdict, verdict]), allow_nan=False))
     assert content["version"] == VERSION and len(content["claims"]) == 2
     assert content["claims"][0]["word"] == verdict.count.word

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
+from experiments.judge.roc import area_under_roc, effective_number
 from experiments.judge.tests import (
     LEVEL,
     PERMUTATIONS,
@@ -21,7 +22,6 @@ from experiments.judge.tests import (
     trend,
     written,
 )
-from experiments.kinds.board import area_under_roc, effective_number
 from experiments.kinds.trials import QUANTITIES, SIGNED
 
 few = some.integers(-3, 3)

@@ -3,9 +3,10 @@
 import itertools
 
 from experiments import Outcome
-from experiments.declare.claim import find_claim
-from experiments.judge.count import REASONS, Count
-from experiments.judge.verdict import together
+from experiments.declare.outcome import REASONS, together
+from experiments.judge.count import Count
+from experiments.judge.verdict import verdict_of
+from experiments.kinds.registry import find_claim
 
 
 def test_parts_come_to_the_same_in_every_order():
@@ -22,8 +23,8 @@ def test_parts_come_to_the_same_in_every_order():
 
 def test_a_verdict_has_the_first_outcome_and_the_count_of_all():
     outcomes = [Outcome("fails", "first", decided="d"), Outcome("holds", "second"), Outcome.unjudged("third")]
-    verdict = find_claim("C1", "clips").verdict(outcomes, model="dsnn")
+    verdict = verdict_of(find_claim("C1", "clips"), outcomes, model="dsnn")
     assert verdict.outcome is outcomes[0]
     assert verdict.count == Count(1, 1, {"not shown": 1})
     broken = Outcome("not shown", "m", trouble="line 3")
-    assert find_claim("C1", "clips").verdict([outcomes[1], broken]).trouble == "line 3"
+    assert verdict_of(find_claim("C1", "clips"), [outcomes[1], broken]).trouble == "line 3"

@@ -7,12 +7,13 @@ import polars as pl
 import pytest
 from scipy import stats
 
-from experiments import NAMES, OFFLINE, Check, Claim
-from experiments.declare.claim import claims_on
+from experiments import Check, Claim
 from experiments.judge.count import Count
 from experiments.kinds import clips as offline
 from experiments.kinds import registry
 from experiments.kinds.clips import is_random
+from experiments.kinds.registry import claims_on
+from experiments.kinds.tables import NAMES, OFFLINE
 from experiments.show.clips import BOX, Clip, OfflineExperiment, recorded
 from experiments.store.workers import Workers
 

@@ -9,9 +9,9 @@ import pytest
 from dsnn import MODELS
 from experiments.base.errors import UsageError
 from experiments.declare.claim import texts
-from experiments.declare.study import shipped
 from experiments.judge.replicates import MODEL, replicate
 from experiments.kinds import registry, sweep, sweep_plan
+from experiments.kinds.registry import shipped_study
 from experiments.kinds.sweep import EVERY_MODEL, read
 from experiments.paper import reproduce
 from experiments.paper.clips import FASTER as SPEEDS
@@ -28,7 +28,7 @@ from tests.helpers.paper import design
 
 
 def planned(name, seed=0, **changes):
-    return sweep_plan.planned(dataclasses.replace(shipped(name), **changes), seed)
+    return sweep_plan.planned(dataclasses.replace(shipped_study(name), **changes), seed)
 
 
 def trials(plan, point, model="dsnn", judged=None):

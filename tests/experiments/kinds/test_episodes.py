@@ -4,9 +4,10 @@ import pytest
 
 from colias_sim.envs import ENVS, RETURN
 from experiments import UsageError, load, score
+from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.kinds import episodes as behave
 from experiments.kinds.episodes import env_options, episodes, plan, run
-from experiments.paper.behaviours import AVOIDANCE, FIXATION, GROUPS, OPTOMOTOR
+from experiments.paper.behaviours import GROUPS
 from experiments.paper.reproduce import QUICK, planned
 from experiments.store.workers import Workers
 

@@ -8,9 +8,9 @@ import pytest
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments.base.templates import render
 from experiments.declare.conditions import Condition
-from experiments.declare.experiment import Settings
 from experiments.kinds.clips import play_clip
 from experiments.settings.models import choose
+from experiments.settings.settings import Settings
 from experiments.show.clips import Clip
 from experiments.show.play import Trial, play
 from experiments.show.robot import RobotTrial

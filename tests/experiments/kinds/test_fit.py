@@ -12,13 +12,14 @@ import experiments
 from experiments.base.errors import UsageError
 from experiments.cli import main
 from experiments.declare.checks import Check
-from experiments.declare.study import Study, shipped
+from experiments.declare.outcome import Outcome
+from experiments.declare.study import Study
 from experiments.draw import fit as report
 from experiments.judge.tests import proportion_interval
-from experiments.judge.verdict import Outcome
 from experiments.kinds.fit import RESULTS, Fit, at, box_of, planned, scored, spread, study_of
+from experiments.kinds.registry import shipped_study
 from experiments.kinds.sweep import MOST_SLACK, slack
-from experiments.paper.studies import FITS
+from experiments.kinds.tables import FITS
 
 pytest.importorskip("optuna")
 
@@ -214,7 +215,7 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
 
 
 def test_the_fits_that_ship_can_be_made():
-    rendered = {name for name in FITS if planned(shipped(name))[1]}
+    rendered = {name for name in FITS if planned(shipped_study(name))[1]}
     assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
 
 

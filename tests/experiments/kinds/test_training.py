@@ -14,7 +14,7 @@ from dsnn import Response
 from experiments import UsageError
 from experiments.declare.behaviour import SENSED, WHEELS, TrainedPolicy, load_policy, sense, steer
 from experiments.kinds import training as train
-from experiments.show.episodes import load_behaviour
+from experiments.kinds.registry import load_behaviour
 from experiments.store.workers import Workers
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"

@@ -5,9 +5,10 @@ import random
 
 import pytest
 
-from experiments import OFFLINE
-from experiments.declare.claim import POTENTIALS, claims_on, texts
+from experiments.declare.claim import POTENTIALS, texts
 from experiments.kinds import registry
+from experiments.kinds.registry import claims_on
+from experiments.kinds.tables import OFFLINE
 from experiments.paper.claims.clips import ASSUMED, MATCHED
 from experiments.paper.claims.robot import CONNECTIONS
 from experiments.settings.settings import watchers

@@ -5,9 +5,9 @@ import dataclasses
 import pytest
 
 from colias_sim import RobotConfig
-from experiments import NAMES
 from experiments.base.errors import UsageError
 from experiments.kinds import registry
+from experiments.kinds.tables import NAMES
 from experiments.kinds.trials import configure, plan, sections
 from experiments.settings.settings import described
 

@@ -8,8 +8,10 @@ import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
-from experiments.paper.behaviours import AVOIDANCE, BEHAVIOURS, FIXATION, OPTOMOTOR, PURSUIT
-from experiments.show.episodes import load_behaviour, play, response, wheels
+from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR, PURSUIT
+from experiments.kinds.registry import load_behaviour
+from experiments.paper.behaviours import BEHAVIOURS
+from experiments.show.episodes import play, response, wheels
 from tests.helpers.recordings import columns
 
 STEPS = 6

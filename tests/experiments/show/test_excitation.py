@@ -10,10 +10,11 @@ import experiments
 from dsnn import ReferenceDSNN
 from dsnn.direction import reference as layers
 from dsnn.filters import alpha
+from experiments.declare.experiment import NEEDED
 from experiments.kinds import registry
 from experiments.kinds.trials import plan
 from experiments.paper.reproduce import QUICK, planned
-from experiments.show.excitation import BALANCED, NEEDED, WHOLE, sums
+from experiments.show.excitation import BALANCED, WHOLE, sums
 
 SHAPE, FRAMES = (24, 40), 24
 MADE = plan(registry.load("approach-mechanism"), NEEDED, (), 1, 0)

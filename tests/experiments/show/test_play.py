@@ -7,8 +7,8 @@ import pytest
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from dsnn import DSNN
 from experiments.declare.conditions import Condition, Hand
-from experiments.declare.experiment import Settings, visit
-from experiments.settings.settings import watchers
+from experiments.declare.experiment import visit
+from experiments.settings.settings import Settings, watchers
 from experiments.show.play import play
 from experiments.show.robot import RobotTrial
 

@@ -10,8 +10,9 @@ import pytest
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from dsnn.model import MAP_SCALES
 from experiments.declare.conditions import Condition, Hand
-from experiments.declare.experiment import Angular, Egomotion, Experiment, Settings, Translation, visit
+from experiments.declare.experiment import Angular, Egomotion, Experiment, Translation, visit
 from experiments.settings.models import choose
+from experiments.settings.settings import Settings
 from experiments.show import course, robot
 from experiments.show.robot import RobotTrial, trial_seed, trials_of
 from tests.helpers.played import Played

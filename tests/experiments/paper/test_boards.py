@@ -14,9 +14,10 @@ from experiments.base.errors import UsageError
 from experiments.declare.experiment import Translation
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
+from experiments.judge.roc import alarm_count, median_interval
 from experiments.judge.tests import first_alarm_s
-from experiments.kinds import board
-from experiments.kinds.board import DIRECTION, LOOMING, RESPONSES, alarm_count, median_interval
+from experiments.paper import boards as board
+from experiments.paper.boards import DIRECTION, LOOMING, RESPONSES
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import choose
 from experiments.show.clips import Clip
