@@ -6,6 +6,9 @@ from .declare.behaviour import Wheels as Wheels
 from .declare.checks import Check as Check
 from .declare.checks import decide as decide
 from .declare.claim import Claim as Claim
+from .declare.clip import Clip as Clip
+from .declare.clip import ClipFigure as ClipFigure
+from .declare.clip import OfflineExperiment as OfflineExperiment
 from .declare.conditions import Condition as Condition
 from .declare.conditions import Leg as Leg
 from .declare.conditions import Trajectory as Trajectory
@@ -30,9 +33,6 @@ from .kinds.footage import watch as watch
 from .kinds.result import Run as Run
 from .kinds.result import load as load
 from .kinds.result import runs as runs
-from .show.clips import Clip as Clip
-from .show.clips import ClipFigure as ClipFigure
-from .show.clips import OfflineExperiment as OfflineExperiment
 from .show.episodes import RecordRerun as RecordRerun
 from .store.provenance import __version__ as __version__
 

@@ -69,9 +69,9 @@ def _subject(text: str) -> tuple[str, tuple[Any, ...], Any]:
     from dsnn.stimuli import STIMULI
     from experiments.base.user_code import declares, is_file
     from experiments.cli import check
+    from experiments.declare.clip import find_stimulus
     from experiments.settings.models import parse_model
     from experiments.settings.settings import watchers
-    from experiments.show.clips import find_stimulus
 
     source, _ = parse_model(text)
     own = Path(source) if is_file(source) and not source.endswith(".xml") else None

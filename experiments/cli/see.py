@@ -152,8 +152,9 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
     import numpy as np
     import polars as pl
 
+    from experiments.declare.clip import find_stimulus
     from experiments.kinds.footage import clip_of
-    from experiments.show.clips import find_stimulus, truth_of
+    from experiments.show.clips import truth_of
     from experiments.store.recordings import write_pictures
 
     if out.suffix:
@@ -252,11 +253,11 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
     from dsnn.stimuli import STIMULI
     from experiments.base.console import out_console
     from experiments.base.user_code import declares, is_file
+    from experiments.declare.clip import find_stimulus
     from experiments.kinds import registry
     from experiments.kinds.trials import sections
     from experiments.settings.models import shown_models
     from experiments.settings.settings import described
-    from experiments.show.clips import find_stimulus
 
     if name in STIMULI or (is_file(name) and declares(Path(name), "STIMULUS")):
         entry = find_stimulus(name)

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.base import console as terminal
+from experiments.declare.clip import ClipFigure
 from experiments.draw import findings, style
-from experiments.show.clips import ClipFigure
 
 Thresholds = Mapping[str, float | None]
 Lines = tuple[str, pl.DataFrame, str, str]
@@ -66,9 +66,9 @@ def draw(figure: ClipFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresho
     """
     trials = with_responses(trials)
     with style.look():
-        if figure.kind == "traces":
+        if figure.form == "traces":
             drawn, notes = _traces(trials, frames, thresholds), MEANS * (trials.n_unique("repeat") > 1) + TRACES
-        elif figure.kind == "ranges":
+        elif figure.form == "ranges":
             drawn, notes = _ranges(trials, thresholds)
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
@@ -203,10 +203,10 @@ def _parts(figure: ClipFigure, trials: pl.DataFrame) -> list[Lines]:
     rate = pl.when(speed_unit="px/s").then("fps").otherwise(1.0)
     trials = trials.with_columns(shade=shade, px_a_frame=pl.col("background_speed").abs() / rate)
     present = trials.filter(pl.col("object").ne_missing("absent"))
-    if figure.kind == "peaks":
+    if figure.form == "peaks":
         levels = present.sort(figure.panels).partition_by(figure.panels)
         return [(_level(rows, figure.panels), rows, figure.along, figure.lines) for rows in levels]
-    if figure.kind == "contrast":
+    if figure.form == "contrast":
         return [("", present, "speed", "grey"), ("", present, "grey", "speed")]
     crossing = present.filter(~pl.col("motion").is_in(DEPTH))
     parts = [("background alone", trials.filter(object="absent"), "shade"),

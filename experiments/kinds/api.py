@@ -15,6 +15,7 @@ from experiments.base.console import print_troubles
 from experiments.base.errors import UsageError, check_known, short
 from experiments.base.files import new_folder
 from experiments.declare.claim import Claim
+from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
 from experiments.declare.study import Fit, Study
 from experiments.kinds import clips as offline
@@ -27,7 +28,6 @@ from experiments.kinds.sweep_plan import planned as planned_sweep
 from experiments.settings.models import model_texts, shown_models
 from experiments.settings.pictures import Pictures, folder_pictures
 from experiments.settings.settings import assignments
-from experiments.show.clips import OfflineExperiment
 from experiments.store.command import begun_by
 from experiments.store.runs import Batch
 from experiments.store.workers import Workers

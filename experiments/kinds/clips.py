@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from experiments.base.console import error_console
+from experiments.declare.clip import OfflineExperiment
 from experiments.declare.outcome import Outcome
 from experiments.judge import stored
 from experiments.judge.judge import judge
@@ -19,7 +20,7 @@ from experiments.kinds.result import Run, load
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import Pictures
 from experiments.settings.settings import check_counts, watchers
-from experiments.show.clips import TRIALS, OfflineExperiment, described_scenes, record
+from experiments.show.clips import TRIALS, described_scenes, record, trials_of
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
 from experiments.store.description import THRESHOLDS
@@ -69,7 +70,7 @@ def plan(
     option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
     check_counts(seed, count, option)
     chosen, _ = watchers(models, assignments)
-    trials, changed = experiment.trials(chosen, count, seed, pictures), differing(chosen, offline=True)
+    trials, changed = trials_of(experiment, chosen, count, seed, pictures), differing(chosen, offline=True)
     description = {
         "kind": "clips",
         "experiment": experiment,
@@ -80,7 +81,7 @@ def plan(
         **({"changed": changed} if changed else {}),
         THRESHOLDS: {model.label: model.thresholds for model in chosen},
         **described_scenes(experiment.clips, count, pictures),
-        "clips": {trial.label(): trial.condition.open(seed).stimulus.params for trial in trials if not trial.repeat},
+        "clips": {trial.label(): trial.condition.build(seed).params for trial in trials if not trial.repeat},
         "recordings": False,
         **provenance.of((model.source for model in chosen), experiment),
     }

@@ -20,6 +20,7 @@ from experiments.base.console import error_console, progress
 from experiments.base.errors import TrialError, UsageError, as_usage_error
 from experiments.base.files import NAME, new_folder, part
 from experiments.base.user_code import is_own
+from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
 from experiments.judge import motion, stored
 from experiments.kinds.result import Run, load
@@ -27,7 +28,7 @@ from experiments.kinds.tables import CLAIMS, shipped
 from experiments.settings.models import ConfiguredModel, model_texts, rate_notes, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.settings import assignments, changed, check_counts, collect, watchers
-from experiments.show.clips import Clip, find_stimulus, recorded
+from experiments.show.clips import open_clip, recorded
 from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
 from experiments.store import provenance
@@ -83,7 +84,7 @@ def plan(
         clip = clip_of(entry, [text for text in texts if text.partition(".")[0] == entry.name], jitter_px)
     elif seed or jitter_px:
         raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
-    shown = VideoSource(source, size, seconds, flow=judge, stimulus=clip.open(seed) if clip else None)
+    shown = VideoSource(source, size, seconds, flow=judge, stimulus=open_clip(clip, seed) if clip else None)
     chosen, _ = watchers(labels, texts, sections, fps)
     return Trial("watch", 0, 0, seed, shown, chosen)
 

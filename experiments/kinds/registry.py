@@ -11,12 +11,12 @@ from typing import Any
 from experiments.base.errors import UsageError, check_known
 from experiments.base.user_code import declared, declares, is_file, named_file
 from experiments.declare.claim import SHIPPED, Claim, claim_ids
+from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.declare.study import Study
 from experiments.judge.replicates import LOOMING_DETECTORS
 from experiments.kinds.tables import CLAIMS, EXPERIMENTS, FITS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.settings.models import named_model
-from experiments.show.clips import OfflineExperiment
 from scenes import is_arena_file
 from scenes.hints import nearest
 

@@ -397,8 +397,8 @@ def _draw(run: Run) -> Figure:
     """Draw the figure of trials, clips or episodes, as the run's own command did."""
     described, changed = run.description, run.description.get("changed") or {}
     if run.kind == "clips":
+        from experiments.declare.clip import ClipFigure
         from experiments.draw import clips  # not before: matplotlib takes its time to load
-        from experiments.show.clips import ClipFigure
 
         declared = described["experiment"]
         title = clips.title(declared["name"], described["seed"], changed)

@@ -18,6 +18,7 @@ import polars as pl
 from experiments.base.files import Files
 from experiments.declare.checks import MARGIN
 from experiments.declare.claim import Claim
+from experiments.declare.clip import Clip
 from experiments.declare.outcome import Outcome, together
 from experiments.declare.study import TOGETHER, Levels, Study
 from experiments.judge.count import count, count_columns
@@ -29,7 +30,6 @@ from experiments.settings.grid import Point, values_of
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.parameters import Parameters
 from experiments.show import clips
-from experiments.show.clips import Clip
 from experiments.show.play import FRAMES, Trial, show, tabulate
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.store.runs import Batch

@@ -15,6 +15,7 @@ from typing import Any
 from experiments.base.errors import UsageError
 from experiments.base.files import plain
 from experiments.declare.claim import Claim
+from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.declare.study import Levels, Study
 from experiments.judge import measures as measuring
@@ -28,7 +29,6 @@ from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
 from experiments.settings.settings import changed, check_counts, watchers
 from experiments.show import clips
-from experiments.show.clips import Clip, OfflineExperiment
 from experiments.show.robot import trials_of
 from experiments.show.trial_rows import TRIAL_SCHEMA
 from experiments.store import provenance
@@ -102,7 +102,7 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
         moved = _with_values(whole, over)
 
         def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
-            every = moved.trials(variants, study.replicates, seed)
+            every = clips.trials_of(moved, variants, study.replicates, seed)
             return [trial for trial in every if trial.repeat == replicate]
 
         return [clip.build(seed).params for clip in moved.clips], specs

@@ -18,10 +18,11 @@ import polars as pl
 
 from dsnn.stimuli.looming import Looming
 from experiments.base.errors import UsageError, check_known
+from experiments.declare.clip import Clip
 from experiments.judge import curves
 from experiments.settings import settings
 from experiments.settings.parameters import differing
-from experiments.show.clips import TRIALS, Clip
+from experiments.show.clips import TRIALS, ClipTrial
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
 from experiments.store.runs import Batch
@@ -120,7 +121,7 @@ def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str]
     for clip, point in clips():
         watching, repeat = looming if "l_over_v_s" in point else chosen, point["repeat"]
         if watching and (not names or point["curve"] in names):
-            jobs.append((point, Trial(EXPERIMENT, len(jobs), repeat, seed + repeat, clip, watching)))
+            jobs.append((point, ClipTrial(EXPERIMENT, len(jobs), repeat, seed + repeat, clip, watching)))
     if not jobs:
         raise UsageError(f"--curve {names[0]}: no model shown has a looming potential; add one by --model")
     return jobs

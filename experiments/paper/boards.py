@@ -17,6 +17,7 @@ import polars as pl
 from dsnn.stimuli.looming import Looming
 from experiments.base.console import error_console
 from experiments.base.files import Files
+from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Angular, Design, Experiment, Listed, Translation
 from experiments.judge.judge import SIGNED
 from experiments.judge.roc import alarm_count, alarm_rate, area, median_interval, share
@@ -29,7 +30,6 @@ from experiments.kinds import trials
 from experiments.paper.claims.clips import answer
 from experiments.paper.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 from experiments.settings.settings import watchers
-from experiments.show.clips import Clip, OfflineExperiment
 from experiments.show.timing import time_models
 from experiments.store.description import begin_whole
 from experiments.store.runs import Batch

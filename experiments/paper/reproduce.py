@@ -22,6 +22,7 @@ from experiments.base.errors import UsageError
 from experiments.base.files import Files, plain
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.declare.claim import EACH_TRIAL, PAPER, Claim, claim_ids, texts
+from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.declare.outcome import Outcome
 from experiments.declare.study import WHOLE, Study
@@ -52,7 +53,6 @@ from experiments.paper.studies.onboard import BEST, probe_of
 from experiments.paper.studies.onboard import STUDY as ONBOARD
 from experiments.paper.studies.robot import DEFAULTS
 from experiments.paper.studies.robot import SENSITIVITY as SENSITIVE
-from experiments.show.clips import OfflineExperiment
 from experiments.show.episodes import short_name
 from experiments.store import provenance
 from experiments.store.description import THRESHOLDS, begin_whole

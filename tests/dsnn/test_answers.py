@@ -14,8 +14,8 @@ from tests.helpers.answering import write_model
 
 SMALL = ("run", "trial.py", "--workers", "0", "--out", "out", "--quiet")
 CLIP = """
-from experiments.show.clips import Clip
-from experiments.show.clips import OfflineExperiment
+from experiments.declare.clip import Clip
+from experiments.declare.clip import OfflineExperiment
 changes = (("rows", 40), ("columns", 60), ("width", 20.0), ("height", 20.0), ("speed", 240.0))
 EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", changes),), ("dsnn",))
 """

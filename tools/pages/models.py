@@ -12,11 +12,12 @@ import polars as pl
 from numpydoc.docscrape import NumpyDocString
 
 from dsnn import MODELS, ModelEntry
+from experiments.declare.clip import Clip, ClipFigure
 from experiments.draw import clips, style
 from experiments.settings.models import PRESET, choose, family
 from experiments.settings.settings import assignments
-from experiments.show.clips import Clip, ClipFigure
-from experiments.show.play import Trial, play
+from experiments.show.clips import ClipTrial
+from experiments.show.play import play
 from tools.pages import markdown
 from tools.pages.markdown import sentence, table
 
@@ -73,7 +74,7 @@ def _write_page(folder: Path, entry: ModelEntry) -> None:
 
 def _picture(folder: Path, name: str, channel: str) -> str:
     model, clip = choose(name), CLIPS[channel]
-    shown = play(Trial("page", 0, 0, 0, clip, (model,)))
+    shown = play(ClipTrial("page", 0, 0, 0, clip, (model,)))
     title = f"{name}, with its parameters on the robot"
     file = f"{name}-{channel}.png"
     with style.look():

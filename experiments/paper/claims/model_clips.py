@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from experiments.show.clips import Clip
+from experiments.declare.clip import Clip
 
 L_OVER_V_S = (0.08, 0.16, 0.32)
 OFF_CENTRE_DEG, OFF_CENTRE_S = (-20.0, 20.0), 0.16

@@ -8,13 +8,14 @@ import pytest
 from scipy import stats
 
 from experiments import Check, Claim
+from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.judge.count import Count
 from experiments.kinds import clips as offline
 from experiments.kinds import registry
 from experiments.kinds.clips import is_random
 from experiments.kinds.registry import claims_on
 from experiments.kinds.tables import NAMES, OFFLINE
-from experiments.show.clips import BOX, Clip, OfflineExperiment, recorded
+from experiments.show.clips import BOX, open_clip, recorded
 from experiments.store.workers import Workers
 
 
@@ -32,7 +33,7 @@ CLIP = Clip("c", "plain", (("rows", 60), ("columns", 80), ("width", 20), ("heigh
 
 def test_a_recorded_clip_has_its_own_clock_and_no_outline_where_there_is_no_object():
     clip = Clip("two", "street", {"movers": "opposite", "fps": 20.0, "rows": 90, "columns": 160, "height": 60.0})
-    samples = list(clip.open(0))[:-20]
+    samples = list(open_clip(clip, 0))[:-20]
     frames, (_, boxes) = recorded(samples, {})
     np.testing.assert_allclose(frames.time_s, np.arange(len(samples)) / 20)
     held, outlines = boxes.to_record_batch(), [[sample.truth[name] for name in BOX] for sample in samples]

@@ -7,12 +7,13 @@ import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments.base.templates import render
+from experiments.declare.clip import Clip
 from experiments.declare.conditions import Condition
 from experiments.kinds.clips import play_clip
 from experiments.settings.models import choose
 from experiments.settings.settings import Settings
-from experiments.show.clips import Clip
-from experiments.show.play import Trial, play
+from experiments.show.clips import ClipTrial
+from experiments.show.play import play
 from experiments.show.robot import RobotTrial
 from tests.helpers import user_files
 from tests.helpers.envs import end_after
@@ -70,7 +71,7 @@ def trial_of(models):
 
 
 def clip_of(models):
-    return play_clip(Trial("test", 0, 0, 7, Clip("small", "plain", (("rows", 24), ("columns", 32))), models))
+    return play_clip(ClipTrial("test", 0, 0, 7, Clip("small", "plain", (("rows", 24), ("columns", 32))), models))
 
 
 RUNS = {"trial": trial_of, "clip": clip_of}

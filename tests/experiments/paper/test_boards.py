@@ -11,6 +11,7 @@ import pytest
 from dsnn import MODELS
 from dsnn.stimuli import stimulus
 from experiments.base.errors import UsageError
+from experiments.declare.clip import Clip
 from experiments.declare.experiment import Translation
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
@@ -20,8 +21,7 @@ from experiments.paper import boards as board
 from experiments.paper.boards import DIRECTION, LOOMING, RESPONSES
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import choose
-from experiments.show.clips import Clip
-from experiments.show.play import Trial
+from experiments.show.clips import ClipTrial
 from experiments.store.workers import Workers
 from tests.helpers import user_files
 
@@ -81,7 +81,7 @@ def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
 
 def test_alarms_and_seconds_of_a_clip_are_by_its_own_frame_rate():
     """Spikes 40 frames apart are one alarm at 100 frames/s, and would be two at 30."""
-    trial = Trial("looming", 0, 0, 4, Clip("near", "looming", {"fps": 100.0}), ())
+    trial = ClipTrial("looming", 0, 0, 4, Clip("near", "looming", {"fps": 100.0}), ())
     clip = list(trial.condition.build(4))
     spikes = np.zeros(len(clip), int)
     spikes[[-60, -20]] = 1

@@ -12,7 +12,8 @@ from experiments.kinds.tables import OFFLINE
 from experiments.paper.claims.clips import ASSUMED, MATCHED
 from experiments.paper.claims.robot import CONNECTIONS
 from experiments.settings.settings import watchers
-from experiments.show.play import Trial, show
+from experiments.show.clips import ClipTrial
+from experiments.show.play import show
 from tests.helpers.clip_rows import (
     FEWER,
     WITHOUT,
@@ -285,7 +286,9 @@ def test_a_rival_on_equal_terms_is_judged_beside_and_whatever_is_known_of_it(cla
 
 def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn_does():
     models, _ = watchers(("dsnn", *MATCHED.values()), ())
-    dsnn, *rivals = (float(series.hs.max()) for _, series in show(Trial("x", 0, 0, 0, CLIP, tuple(models)))[0].series())
+    dsnn, *rivals = (
+        float(series.hs.max()) for _, series in show(ClipTrial("x", 0, 0, 0, CLIP, tuple(models)))[0].series()
+    )
     assert rivals == pytest.approx([dsnn] * len(rivals), rel=1e-3)
 
 

@@ -14,7 +14,7 @@ from experiments.kinds.clips import plan, play_clip
 from experiments.kinds.trials import plan as robot_plan
 from experiments.settings.models import choose
 from experiments.settings.pictures import folder_pictures
-from experiments.show.clips import clips_of
+from experiments.show.clips import clips_of, trials_of
 from experiments.store.description import differences
 
 DEPTH = registry.find("clutter-depth")
@@ -67,7 +67,7 @@ def test_rows_say_what_is_behind_the_object(tmp_path):
     models = (choose("emd", "offline"),)
     user_pictures = folder_pictures(pictures_in(tmp_path / "own", "mine.png"))
     for pictures, expected in ((None, ["photograph", "dead-leaves"]), (user_pictures, ["mine.png", "mine.png"])):
-        rows = [play_clip(s, frames=False).rows[0] for s in experiment.trials(models, 2, 0, pictures)]
+        rows = [play_clip(s, frames=False).rows[0] for s in trials_of(experiment, models, 2, 0, pictures)]
         assert [row["background"] for row in rows] == expected
 
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from dsnn.stimuli import stimulus
+from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.kinds.clips import play_clip
 from experiments.paper.clips import SIDEWAYS
 from experiments.settings.models import choose
-from experiments.show.clips import Clip, OfflineExperiment
+from experiments.show.clips import trials_of
 
 EVEN = {"foliage": "none", "ground": "even"}
 KINDS = {"person": {"height": 61.3, "speed": 53.7}, "car": {"kind": "car", "height": 31.7, "speed": 97.0}}
@@ -80,7 +81,7 @@ def test_a_seed_is_one_street_whoever_crosses_it():
 def test_a_row_tells_hs_in_each_direction_and_against_it():
     clip = Clip("two", "street", {"movers": "opposite", "rows": 60, "columns": 96, "height": 50, "speed": 120})
     experiment = OfflineExperiment("mine", "", (clip,), ("dsnn",))
-    done = play_clip(experiment.trials((choose("dsnn", "offline"),), 1, 0)[0])
+    done = play_clip(trials_of(experiment, (choose("dsnn", "offline"),), 1, 0)[0])
     hs = done.frames["hs"].to_numpy()
     words = np.array([frame.truth.motion for frame in clip.build(0)])
     (row,) = done.rows
@@ -91,5 +92,5 @@ def test_a_row_tells_hs_in_each_direction_and_against_it():
     assert (row["movers"], row["foliage"], row["polarity"]) == ("opposite", "windblown", None)
     alone = dataclasses.replace(clip, changes=(*clip.changes, ("object", "absent")))
     experiment = OfflineExperiment("mine", "", (alone,), ("dsnn",))
-    (row,) = play_clip(experiment.trials((choose("dsnn", "offline"),), 1, 0)[0]).rows
+    (row,) = play_clip(trials_of(experiment, (choose("dsnn", "offline"),), 1, 0)[0]).rows
     assert row["hs_rightward"] is row["hs_leftward"] is row["hs_against"] is None
