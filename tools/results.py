@@ -36,7 +36,8 @@ from experiments.judge.count import Count, count_of
 from experiments.judge.verdict import Verdict
 from experiments.kinds import registry
 from experiments.paper.page import SIGNS, totals
-from experiments.paper.reproduce import Scale, design, planned
+from experiments.paper.reproduce import design, planned
+from experiments.paper.scale import Scale
 from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
 from experiments.store import provenance
 from experiments.store.description import read_description
@@ -247,7 +248,7 @@ def verdict(count: Count | None) -> str:
     if count is None:
         return "not run"
     held = str(count) if count.random else "at any seed"
-    return f"{SIGNS[count.kind]} {f'{count.word} ({held})' if count.word else held}"
+    return f"{SIGNS[count.state]} {f'{count.word} ({held})' if count.word else held}"
 
 
 def summary(results: Mapping[str, Any]) -> str:

@@ -5,9 +5,8 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -42,21 +41,12 @@ def reproduce(
     are played too. Verdicts are in claims.json and behaviours.json, the page is report.html. The exit status is 0
     whatever the verdicts are, and 1 if trials failed.
     """
-    from experiments.base.console import show_files
-    from experiments.cli.tables import show_verdicts
-    from experiments.kinds.tables import BOARDS, shipped
+    from experiments.store.asked import Asked
 
-    whole, page = shipped(BOARDS["reproduction"]), shipped(BOARDS["page"])
-    pool = options.pool(workers, cluster, quiet)
-    scale = whole.QUICK if quick else whole.FULL if full else whole.USUAL
-    plans = whole.planned(scale, seed, (*whole.MORE_MODELS, *(model or ())), experiment or (), robot_only)
-    folder = options.results_folder(out, "reproduce")
-    verdicts, failures = whole.reproduce(folder, scale, seed, plans, pool)
-    page.write(folder)
-    if not quiet:
-        show_verdicts(verdicts)
-        show_files(folder, "reproduction")
-    return options.EXIT_FAILED if failures else 0
+    scale = "quick" if quick else "full" if full else "usual"
+    asked = Asked(kind="reproduction", what=tuple(experiment or ()), models=tuple(model or ()), seed=seed,
+                  options={"scale": scale, "robot_only": robot_only})  # fmt: skip
+    return options.finish(asked, out, options.pool(workers, cluster, quiet), "reproduce")
 
 
 def sweep(
@@ -85,26 +75,15 @@ def sweep(
     outcomes.csv (a row per point, model, claim and replicate), counts.csv, NAME.json and a figure. The exit status is
     0 whatever the counts are, and 1 if trials failed.
     """
-    from experiments.base.console import print_troubles
-    from experiments.draw.sweep import show
-    from experiments.kinds import sweep as sweeps
-    from experiments.kinds.registry import typed
-    from experiments.kinds.sweep_plan import planned
+    from experiments.store.asked import Asked
 
     pool = options.pool(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
         return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, pool)
-    study = typed(
-        experiment, over or (), claims=_names(claims), measures=_names(measure), models=model, assignments=assignments,
-        repeats=repeats, replicates=replicates,
-    )  # fmt: skip
-    plan = planned(study, seed)
-    folder = options.results_folder(out, study.name)
-    result = sweeps.run(plan, folder, pool)
-    if not quiet:
-        show(result, folder)
-    broken = print_troubles((key[2], one.trouble) for key, outcomes in result.outcomes.items() for one in outcomes)
-    return options.EXIT_FAILED if result.failures or broken else 0
+    given = {"over": over, "claims": _names(claims), "measures": _names(measure), "replicates": replicates}
+    asked = Asked(kind="sweep", what=tuple(experiment.split(",")), models=tuple(model or ()),
+                  values=options.settings(assignments), repeats=repeats, seed=seed, options=given)  # fmt: skip
+    return options.finish(asked, out, pool)
 
 
 def _names(text: str | None) -> list[str] | None:
@@ -114,7 +93,7 @@ def _names(text: str | None) -> list[str] | None:
 def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> int:
     """Judge the claims of models' own papers, and show them."""
     from experiments.base.console import count, show_files
-    from experiments.cli.tables import show_verdicts
+    from experiments.draw.terminal import show_verdicts
     from experiments.kinds.tables import BOARDS, shipped
 
     verdicts, failures = shipped(BOARDS["reproduction"]).judge_models(folder, names, seed, pool)
@@ -150,30 +129,13 @@ def fit(
     The share of the box in which all holds comes from settings that fill it evenly. Needs Optuna: the extra [fit].
     Writes fit.csv, anew.csv, fit.json and a figure. With the same --out it resumes, also to more --trials.
     """
-    from experiments.base.errors import UsageError
-    from experiments.declare.study import Fit
-    from experiments.draw import fit as report
-    from experiments.kinds import fit as fits
-    from experiments.kinds.registry import shipped_study, typed
-    from experiments.kinds.tables import FITS
+    from experiments.store.asked import Asked
 
-    numbers: dict[str, Any] = {"trials": trials, "share": share, "sample": sample, "held_out": held_out,
-                               "search_repeats": repeats}  # fmt: skip
-    given = {name: value for name, value in numbers.items() if value is not None}
-    if experiment in FITS:
-        if over or claims or assignments or model or replicates:
-            raise UsageError(f"{experiment}: its box, claims, model, settings and replicates are in its file")
-        asked = dataclasses.replace(shipped_study(experiment), **given)
-    else:
-        name = f"fit-{'-'.join(Path(name).stem for name in experiment.split(','))}"
-        study = typed(experiment, name=name, claims=_names(claims), models=model and [model], assignments=assignments,
-                      replicates=replicates)  # fmt: skip
-        asked = Fit(study, tuple(over or ()), **given)
-    folder = options.results_folder(out, asked.study.name)
-    run = fits.run(asked, seed, folder, options.pool(workers, cluster, quiet))
-    if not quiet:
-        report.show(run)
-    return options.EXIT_FAILED if run.failures.height else 0
+    given = {"over": over, "claims": _names(claims), "replicates": replicates, "trials": trials, "share": share,
+             "sample": sample, "held_out": held_out, "search_repeats": repeats}  # fmt: skip
+    asked = Asked(kind="fit", what=tuple(experiment.split(",")), models=(model,) if model else (),
+                  values=options.settings(assignments), seed=seed, options=given)  # fmt: skip
+    return options.finish(asked, out, options.pool(workers, cluster, quiet))
 
 
 def leaderboard(
@@ -191,21 +153,10 @@ def leaderboard(
     Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
     95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
     """
-    from experiments.base.console import count, out_console, show_files
-    from experiments.draw import scoreboard
-    from experiments.kinds.tables import BOARDS, shipped
-    from experiments.settings.models import COMPARED, shown_models
+    from experiments.store.asked import Asked
 
-    board = shipped(BOARDS["leaderboard"])
-    planned = board.plan(shown_models(COMPARED, model, only), repeats, seed)
-    folder = options.results_folder(out, "leaderboard")
-    boards, failures = board.run(planned, folder, options.pool(workers, cluster, quiet))
-    if not quiet:
-        for name, table in boards.items():
-            scoreboard.show(table, board.measures(table), f"Ranked by {name}")
-            out_console.print(f"{board.NOTE} Empty: does not apply, or no response.")
-        show_files(folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
-    return options.EXIT_FAILED if failures else 0
+    asked = Asked(kind="leaderboard", models=tuple(model or ()), only=only, repeats=repeats, seed=seed)
+    return options.finish(asked, out, options.pool(workers, cluster, quiet))
 
 
 def tune(
@@ -228,17 +179,8 @@ def tune(
     preference within the noise of its measure is reported as not defined. Writes a figure for each curve, tuning.csv
     and preferences.csv. The models are those registered, but dsnn-reference.
     """
-    from experiments.base.console import count, show_files
-    from experiments.draw import tuning
-    from experiments.kinds import tuning as curves
-    from experiments.settings.models import COMPARED, shown_models
+    from experiments.store.asked import Asked
 
-    models = shown_models(COMPARED, model, only)
-    shown = curves.plan(models, curve or (), assignments or (), seed)
-    folder, pool = options.results_folder(out, "tune"), options.pool(workers, cluster, quiet)
-    with pool.running(rendering=False):
-        _, preferences, failures = curves.run(shown, folder, pool)
-    if not quiet:
-        tuning.show(preferences)
-        show_files(folder, count(len(models), "model"))
-    return options.EXIT_FAILED if failures else 0
+    asked = Asked(kind="tuning", models=tuple(model or ()), only=only, values=options.settings(assignments), seed=seed,
+                  options={"curves": curve})  # fmt: skip
+    return options.finish(asked, out, options.pool(workers, cluster, quiet), "tune")

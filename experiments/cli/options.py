@@ -11,6 +11,7 @@ import typer
 from experiments.base.errors import UsageError
 
 if TYPE_CHECKING:
+    from experiments.store.asked import Asked
     from experiments.store.workers import Workers as Pool
 
 EXIT_FAILED = 1
@@ -85,3 +86,42 @@ def results_folder(out: Path | None, name: str) -> Path:
     from experiments.base.files import new_folder
 
     return new_folder(name) if out is None else out
+
+
+def settings(texts: list[str] | None) -> dict[str, str]:
+    """Return what ``--set`` was typed: ``SECTION.NAME`` -> text; of two values for one key the last counts."""
+    values = {}
+    for text in texts or ():
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise UsageError(f"--set {text}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
+        values[key] = value
+    return values
+
+
+def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "") -> int:
+    """Do the run that was asked for, and print what it comes to.
+
+    Parameters
+    ----------
+    asked
+        What was asked for.
+    out, name
+        The run's folder; otherwise a new one of this name, or of the name of the plan.
+    workers
+        Where its trials are done.
+
+    Returns
+    -------
+    int
+        The exit status: 1 if trials or users' judges failed.
+    """
+    from experiments.base.console import print_troubles
+    from experiments.kinds.kind import kind_of, perform, planned
+
+    plan = planned(asked)
+    done = perform(plan, results_folder(out, name or plan.name), workers)
+    if not workers.quiet:
+        kind_of(asked.kind).show(done)
+    broken = print_troubles(done.troubles)
+    return EXIT_FAILED if done.failures.height or broken else 0

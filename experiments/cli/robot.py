@@ -139,12 +139,13 @@ def log(
 ) -> int:
     """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
     from experiments.base.console import show_places
+    from experiments.kinds.log import write
     from experiments.kinds.result import load
-    from experiments.robot import logs
+    from experiments.robot.logs import LOG
 
     options.check_new(out)
-    logs.write(load(run), out)
-    show_places({"log": out / logs.LOG})
+    write(load(run), out)
+    show_places({"log": out / LOG})
     return 0
 
 
@@ -169,20 +170,13 @@ def import_log(
 
     colias import log.csv --experiment speed --set experiment.speeds_cm_s=20,30
     """
-    from experiments.base.console import error_console
-    from experiments.cli import tables
-    from experiments.kinds import registry
-    from experiments.robot import logs
+    from experiments.store.asked import Asked
 
-    declared = registry.load(experiment)
-    folder = options.results_folder(out, f"{declared.name}-measured")
-    trials = logs.plan(declared, log, frames, ran or (), model or (), assignments or ())
-    for note in filter(None, (logs.lacking(trial)[1] for trial in trials.specs)):
-        error_console.print(f"note: {note}")
-    report = logs.run(trials, folder, quiet=quiet)
-    if not quiet:
-        tables.show(report)
-    return options.EXIT_FAILED if report.failures.height else 0
+    asked = Asked(
+        kind="measured", what=(str(log),), models=tuple(model or ()), values=options.settings(assignments),
+        options={"experiment": experiment, "frames": None if frames is None else str(frames), "ran": ran},
+    )  # fmt: skip
+    return options.finish(asked, out, options.pool(0, None, quiet), f"{Path(experiment).stem}-measured")
 
 
 def camera(

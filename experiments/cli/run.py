@@ -6,19 +6,17 @@ Heavy imports happen when they run.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+import dataclasses
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from experiments.base.errors import UsageError
-from experiments.cli import options
 
-REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
-"""Commands and calls whose runs can be repeated."""
-NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "view": False}
-"""Options that say nothing of a run's numbers."""
+if TYPE_CHECKING:
+    from experiments.store.workers import Workers as Pool
+from experiments.cli import options
 
 
 def run(
@@ -43,63 +41,44 @@ def run(
     Every model sees the same frames: dsnn, or the models that the experiment declares. Finished trials are kept
     when a run is interrupted; the same command with that folder as --out does the rest.
     """
-    from experiments.base.console import print_troubles
-    from experiments.cli import tables
-    from experiments.kinds import registry
-    from experiments.kinds.api import perform
-    from experiments.settings.pictures import folder_pictures
+    from experiments.kinds.api import asked_of
 
+    pool = options.pool(workers, cluster, quiet)
     if again is not None:
-        if others := sorted(options.typed(context) - {"again", "out", "workers", "quiet"}):
+        if others := sorted(options.typed(context) - {"again", "out", "workers", "cluster", "quiet"}):
             raise UsageError(f"--again repeats a run as it was: leave out {', '.join(others)}")
-        return _repeat(context, again, out, workers, quiet)
+        return _repeat(again, out, pool)
     if experiment is None:
         raise UsageError("colias run: give an experiment, or --again RUN")
-    declared = registry.find(experiment)
-    pool = options.pool(workers, cluster, quiet)
-    done = perform(
-        declared, options.results_folder(out, declared.name), pool, recordings=recordings,
-        models=model or (), only=only, settings=assignments or (), repeats=repeats, seed=seed, eyes=eyes,
-        pictures=None if pictures is None else folder_pictures(pictures),
+    asked = asked_of(
+        experiment, seed=seed, repeats=repeats, eyes=eyes, models=model or (), only=only,
+        settings=options.settings(assignments), pictures=pictures, recordings=recordings,
     )  # fmt: skip
-    if not quiet:
-        tables.show(done)
-    broken = print_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
-    return options.EXIT_FAILED if done.failures.height or broken else 0
+    return options.finish(asked, out, pool)
 
 
-def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | None, quiet: bool) -> int:
-    """Do what a run was begun by once more, with your own files as they are at their places, into a new folder.
+def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
+    """Do what was asked for once more, with your own files as they are at their places, into a new folder.
 
     Then every row is compared with the run's, and the first that differs is named. What computes otherwise than it
     did, such as a file that has changed, is named in a note.
     """
     from experiments.base.console import error_console, out_console
     from experiments.kinds.compare import first_difference
+    from experiments.kinds.kind import again, perform
     from experiments.kinds.result import load
     from experiments.store import provenance
     from experiments.store.command import begun_by
     from experiments.store.description import ENDED
 
     there = load(run)
-    command = there.description.get("command", {})
-    name, *line = command.get("line", [command.get("call")])
-    if name not in REPEATED:
-        raise UsageError(f"{run}: a run of {name or there.kind} is not repeated; runs of {', '.join(REPEATED)} are")
     if there.done < there.planned and ENDED not in there.description:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()
     options.check_new(folder)
-    given = {"out": folder, "workers": workers, "quiet": quiet}
+    command = there.description["command"]
     with contextlib.chdir(command["folder"]), begun_by(command):
-        if "line" in command:
-            chosen = context.find_root().command.commands[name]  # type: ignore[attr-defined]
-            with chosen.make_context(name, line, parent=context.parent) as inner:
-                inner.params |= {key: value for key, value in {**NOT_REPEATED, **given}.items() if key in inner.params}
-                status = int(chosen.invoke(inner) or 0)
-        else:
-            status = _call_again(run, {**command["arguments"], **given})
-    here = load(folder)
+        here = perform(again(there), folder, pool)
     if other := provenance.difference(there.description, here.description):
         error_console.print(f"note: {run}: {other}")
     if difference := first_difference(there, here):
@@ -107,21 +86,7 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
         return options.EXIT_FAILED
     rows = f"{there.trials.height:,} of trials and {there.frames.height:,} of frames"
     out_console.print(f"equal: every row of {run} ({rows})")
-    return status
-
-
-def _call_again(run: Path, arguments: dict[str, Any]) -> int:
-    """Do a call of `experiments.run` once more."""
-    from experiments.declare.conditions import Hand
-    from experiments.declare.experiment import LIVE, visit
-    from experiments.kinds import api
-
-    experiment = arguments.pop("experiment")
-    if isinstance(experiment, Mapping) and LIVE in experiment:
-        experiment = visit(Hand(**experiment[LIVE]))
-    elif isinstance(experiment, Mapping):
-        raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
-    return options.EXIT_FAILED if api.run(experiment, **arguments).failures.height else 0
+    return options.EXIT_FAILED if here.failures.height else 0
 
 
 def watch(
@@ -155,23 +120,24 @@ def watch(
     """
     from colias_sim.gl import has_screen
     from experiments.base import interrupts
-    from experiments.cli import tables
     from experiments.draw import viewer
-    from experiments.kinds import footage as watching
+    from experiments.kinds.footage import EARLY, STOPPED
+    from experiments.kinds.kind import kind_of, perform, planned
+    from experiments.store.asked import Asked
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")
-    trial = watching.plan(
-        source, model or (), assignments or (), only=only, size=options.width_height(size), fps=fps,
-        seconds=seconds, seed=seed, jitter_px=jitter, judge=judge,
-    )  # fmt: skip
-    folder = options.results_folder(out, "watch")
-    wanted = has_screen() if view is None else view
-    report = watching.run(trial, folder, recordings=recordings, view=wanted, quiet=quiet)
+    given = {"size": options.width_height(size), "fps": fps, "seconds": seconds, "jitter_px": jitter, "judge": judge,
+             "recordings": recordings}  # fmt: skip
+    asked = Asked(kind="watch", what=(source,), models=tuple(model or ()), only=only,
+                  values=options.settings(assignments), seed=seed, options=given)  # fmt: skip
+    plan = dataclasses.replace(planned(asked), live=has_screen() if view is None else view)
+    report = perform(plan, options.results_folder(out, "watch"), options.pool(0, None, quiet))
     if not quiet:
-        tables.show_motion(report)
-    failed = report.failures.height or report.description[watching.EARLY]
-    return options.EXIT_FAILED if failed else interrupts.STATUS if trial.condition.stopped else 0
+        kind_of(asked.kind).show(report)
+    if report.failures.height or report.description[EARLY]:
+        return options.EXIT_FAILED
+    return interrupts.STATUS if report.description[STOPPED] else 0
 
 
 def live(
@@ -223,22 +189,13 @@ def behave(
     whoever plays in them. Where collisions count, behaviours are compared with the first one, whose episodes are
     recorded.
     """
-    from experiments.base.console import count, show_files
-    from experiments.cli.tables import show_verdicts
-    from experiments.draw import behaviours
-    from experiments.kinds import episodes as behaving
+    from experiments.store.asked import Asked
 
-    batch = behaving.plan(names, env, assignments or (), episodes, seed, baselines=baselines)
-    folder = options.results_folder(out, f"behave-{Path(names[0]).stem}")
-    pool = options.pool(workers, cluster, quiet)
-    with pool.running():
-        report = behaving.run(batch, folder, pool, recordings=episodes if recordings else 0)
-    if not quiet and report.done:
-        where, changed = batch.description["env"], batch.description["options"]
-        behaviours.show(report.summary, behaviours.caption(where, changed, episodes, seed))
-        show_verdicts(report.verdicts)
-        show_files(folder, count(report.trials.height, "episode"))
-    return options.EXIT_FAILED if report.failures.height else 0
+    asked = Asked(
+        kind="episodes", what=tuple(names), values=options.settings(assignments), repeats=episodes, seed=seed,
+        options={"env": env, "baselines": baselines, "recordings": recordings},
+    )  # fmt: skip
+    return options.finish(asked, out, options.pool(workers, cluster, quiet), f"behave-{Path(names[0]).stem}")
 
 
 def train(
@@ -259,15 +216,10 @@ def train(
     one version of PyTorch, equal seeds, --steps and --envs give equal policies. colias behave FILE plays one. --set
     sets camera, robot, noise or randomise: camera=ov7670.
     """
-    from experiments.base.console import count, show_files
-    from experiments.draw import behaviours
-    from experiments.kinds import training
+    from experiments.store.asked import Asked
 
-    policies = training.plan(env, steps, seed, envs, seeds, assignments or ())
-    folder = options.results_folder(out, f"train-{env}")
-    report, table = training.run(policies, folder, options.pool(workers, None, quiet))
-    if not quiet and report.done:
-        title = training.described(policies)
-        behaviours.show(table, f"{title}. {training.OF_SEEDS}" if seeds > 1 else title)
-        show_files(folder, count(seeds, "training seed"))
-    return options.EXIT_FAILED if report.failures.height else 0
+    asked = Asked(
+        kind="training", what=(env,), values=options.settings(assignments), seed=seed,
+        options={"steps": steps, "envs": envs, "seeds": seeds},
+    )  # fmt: skip
+    return options.finish(asked, out, options.pool(workers, None, quiet), f"train-{env}")

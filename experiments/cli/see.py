@@ -255,7 +255,7 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
     from experiments.base.user_code import declares, is_file
     from experiments.declare.clip import find_stimulus
     from experiments.kinds import registry
-    from experiments.kinds.trials import sections
+    from experiments.settings.apparatus import sections
     from experiments.settings.models import shown_models
     from experiments.settings.settings import described
 

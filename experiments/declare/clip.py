@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 from dsnn.stimuli import ClipParams, Jitter, Stimulus, StimulusEntry, stimulus_entry
 from experiments.base.errors import UsageError, as_usage_error, check_declared, check_known, check_unique
@@ -206,6 +206,7 @@ class OfflineExperiment:
     figure: ClipFigure = ClipFigure()
     recorded: bool = True
     file: str = field(default="", compare=False, repr=False, kw_only=True)
+    kind: ClassVar[str] = "clips"
 
     def __post_init__(self) -> None:
         check_declared(self.name, self.repeats, self.models)

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any, Literal, Protocol, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar, get_args
 
 from pydantic import AfterValidator, Field
 
@@ -108,6 +108,7 @@ class Experiment:
     arena: str = dataclasses.field(default="", metadata=WHERE_SET)
     settings: Mapping[str, Any] = dataclasses.field(default_factory=dict, metadata=WHERE_SET)
     file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
+    kind: ClassVar[str] = "trials"
 
     def __post_init__(self) -> None:
         check_declared(self.name, self.repeats, self.models)

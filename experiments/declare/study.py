@@ -60,7 +60,7 @@ class Study:
         columns of each model's row, by label; and the types of these columns. It is pickled, so it is a function of a
         module.
     tables
-        Makes further tables, a list of rows by title, from the `experiments.kinds.sweep.Sweep`.
+        Makes further tables, a list of rows by title, from the `experiments.judge.sweep.Sweep`.
     file
         The .py file that declares it, which ``colias sweep`` fills in.
 

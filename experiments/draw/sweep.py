@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,22 +24,26 @@ MEASURE = pl.col("what").str.split(":").list.first()
 """Name of a measure without its condition."""
 
 
-def draw(result: Any) -> Figure:
-    """Draw a sweep, an `experiments.kinds.sweep.Sweep`.
+Described = Mapping[str, Any]
+"""A sweep as its ``NAME.json`` has it."""
+
+
+def draw(sweep: Described) -> Figure:
+    """Draw a sweep.
 
     One parameter has curves with intervals, two have maps, one for each claim and measure of each model. Claims over
     levels with names are one map: points and models down, claims across.
     """
-    named = bool(result.counts.height) and (not result.axes or bool(result.study.axes))
-    cells, symbols = _cells(result), []
-    if not named and len(result.axes) == 1:
+    named = bool(sweep["counts"]) and sweep["named"]
+    cells, symbols = _cells(sweep), []
+    if not named and len(sweep["axes"]) == 1:
         symbols.append("Whiskers: 95 % interval, or range")
     elif cells["judged"].any():
         symbols.append("k/n: holds in k of n (h: the DSNN's half); hatched: not judged")
     with style.look():
-        figure = _table(result, cells) if named else _panels(result, cells)
+        figure = _table(sweep, cells) if named else _panels(sweep, cells)
         style.headline(figure, finding(cells))
-        what = f"{style.sentence(result.study.summary)}: n = {result.study.replicates}, from seed {result.seed}"
+        what = f"{style.sentence(sweep['summary'])}: n = {sweep['replicates']}, from seed {sweep['seed']}"
         style.caption(figure, ". ".join([*symbols, what, ""]).rstrip())
     return figure
 
@@ -74,10 +77,10 @@ def finding(cells: pl.DataFrame) -> str:
     return "; ".join(phrases) or "Nothing was measured"
 
 
-def _cells(result: Any) -> pl.DataFrame:
+def _cells(sweep: Described) -> pl.DataFrame:
     """Return a row for each point, model, claim and measure: its value and interval, its text, where it is drawn."""
-    rows, axes = [], result.axes
-    for row in (*result.counts.to_dicts(), *result.numbers.to_dicts()):
+    rows, axes = [], sweep["axes"]
+    for row in (*sweep["counts"], *sweep["numbers"]):
         claim, value = "claim" in row, row.get("value")
         value, text = shown(row) if claim else (value, "" if value is None else f"{value:.3g}")
         ends = ("low", "high") if claim else ("ci_low", "ci_high") if "ci_low" in row else ("lowest", "highest")
@@ -90,14 +93,14 @@ def _cells(result: Any) -> pl.DataFrame:
     return pl.DataFrame(rows, infer_schema_length=None)
 
 
-def _panels(result: Any, cells: pl.DataFrame) -> Figure:
+def _panels(sweep: Described, cells: pl.DataFrame) -> Figure:
     """Draw a panel for each claim and measure of each model: the first axis across, a second one up."""
-    (across_name, levels), *second = result.axes.items()
+    (across_name, levels), *second = sweep["axes"].items()
     up = list(second[0][1]) if second else []
     value = pl.col("value").cast(float)
     scaled = cells.with_columns(least=value.min().over(MEASURE), most=value.max().over(MEASURE))
     panels = scaled.partition_by("what", "model", maintain_order=True)
-    titles = {claim.id: f"{claim.title} ({claim.id})" for claim, _ in result.claims} | {TOGETHER: "All claims"}
+    titles = {claim: f"{title} ({claim})" for claim, title in sweep["titles"].items()} | {TOGETHER: "All claims"}
     across = min(3, len(panels))
     down = math.ceil(len(panels) / across)
     height = min(1.3 + 0.24 * len(up) if up else 1.7, (style.PAGE - 0.9) / down)
@@ -138,9 +141,9 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
                        annotation_clip=True)  # fmt: skip
 
 
-def _table(result: Any, cells: pl.DataFrame) -> Figure:
+def _table(sweep: Described, cells: pl.DataFrame) -> Figure:
     """Draw points and models down, claims across."""
-    cells, names = cells.filter("judged"), list(result.axes)
+    cells, names = cells.filter("judged"), list(sweep["axes"])
     columns = [*names, *(["model"] if cells["model"].n_unique() > 1 or not names else [])]
     points = cells.select(columns).rows()
     rows, claims = list(dict.fromkeys(points)), list(dict.fromkeys(cells["what"]))
@@ -155,14 +158,11 @@ def _table(result: Any, cells: pl.DataFrame) -> Figure:
     return figure
 
 
-def show(result: Any, folder: Path) -> None:
-    """Print a sweep: a row for each point and model, at how many points each claim holds, and where its files are."""
-    wide = _cells(result).pivot("what", index=[*result.axes, "model"], values="text", maintain_order=True)
-    terminal.show(wide, f"Replicates of {result.study.replicates} in which claims hold" if result.claims else "")
-    unjudged = {key[2]: outcomes[0].deciding for key, outcomes in result.outcomes.items()
-                if not any(one.judged or one.verdict == "unknown constants" for one in outcomes)}  # fmt: skip
-    for claim in sorted(unjudged.keys() - {TOGETHER}):
-        terminal.out_console.print(f"{claim} not judged: {unjudged[claim]}")
-    for title, further in result.tables.items():
+def show(sweep: Described) -> None:
+    """Print a sweep: a row for each point and model, at how many points each claim holds, and its further tables."""
+    wide = _cells(sweep).pivot("what", index=[*sweep["axes"], "model"], values="text", maintain_order=True)
+    terminal.show(wide, f"Replicates of {sweep['replicates']} in which claims hold" if sweep["titles"] else "")
+    for claim, why in sorted(sweep["unjudged"].items()):
+        terminal.out_console.print(f"{claim} not judged: {why}")
+    for title, further in sweep["tables"].items():
         terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
-    terminal.show_places({"figure": folder / f"{result.study.name}.png", "table": folder / "counts.csv"})

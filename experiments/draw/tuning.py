@@ -121,9 +121,8 @@ def _map(axes: Axes, own: pl.DataFrame) -> None:
     axes.set_yticks(range(0, len(rates), 3), [f"{rate:g}" for rate in rates[::3]])
 
 
-def show(preferences: Sequence[Row]) -> None:
+def show(table: pl.DataFrame) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
-    table = pl.DataFrame(preferences, infer_schema_length=None)
     prefers = pl.when(pl.col("dsi") >= curves.SOME_DSI).then("prefers_deg").alias("prefers_deg")
     names = [name for name in table.columns if not name.endswith(ENDS) and table[name].count()]
     terminal.show(table.with_columns(prefers).select(names).with_columns(pl.selectors.float().round(2)))

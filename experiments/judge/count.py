@@ -16,7 +16,7 @@ from experiments.judge.tests import proportion_interval
 
 Word = Literal["holds", "fails", "sometimes", ""]
 """A claim's word over its replicates; empty where too few could be judged for a word."""
-Kind = Literal["holds", "sometimes", "fails", "counted", "unjudged"]
+State = Literal["holds", "sometimes", "fails", "counted", "unjudged"]
 """A word; or ``counted``, where too few could be judged for one; or ``unjudged``, where none could."""
 
 
@@ -106,14 +106,14 @@ class Count:
         return "holds" if low >= HOLDS_FROM else "fails" if high <= FAILS_TO else "sometimes"
 
     @property
-    def kind(self) -> Kind:
+    def state(self) -> State:
         """The word; or whether it lacks one for too few replicates, or for none that could be judged."""
         return self.word or ("counted" if self.judged and self.half is None else "unjudged")
 
     @property
     def label(self) -> str:
         """The word; without one ``4 of 5``, or ``not judged``."""
-        return self.word or (f"{self.holds} of {self.judged}" if self.kind == "counted" else "not judged")
+        return self.word or (f"{self.holds} of {self.judged}" if self.state == "counted" else "not judged")
 
     def sentence(self) -> str:
         """Say in how many replicates the claim held, and why others could not be judged.

@@ -9,98 +9,22 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import polars as pl
-
 from experiments.base.console import print_troubles
-from experiments.base.errors import UsageError, check_known, short
+from experiments.base.errors import UsageError
 from experiments.base.files import new_folder
-from experiments.declare.claim import Claim
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
 from experiments.declare.study import Fit, Study
-from experiments.kinds import clips as offline
-from experiments.kinds import fit as fits
-from experiments.kinds import registry, trials
-from experiments.kinds import sweep as sweeps
-from experiments.kinds.registry import shipped_study, typed
+from experiments.kinds import registry
+from experiments.kinds.kind import perform, planned
 from experiments.kinds.result import Run
-from experiments.kinds.sweep_plan import planned as planned_sweep
-from experiments.settings.models import model_texts, shown_models
-from experiments.settings.pictures import Pictures, folder_pictures
-from experiments.settings.settings import assignments
+from experiments.settings.models import model_texts
+from experiments.store.asked import Asked
 from experiments.store.command import begun_by
-from experiments.store.runs import Batch
+from experiments.store.plan import Plan
 from experiments.store.workers import Workers
 
-__all__ = ["Claim", "fit", "perform", "planned", "run", "sweep"]
-
-
-def planned(
-    experiment: Experiment | OfflineExperiment,
-    *,
-    models: Sequence[str] = (),
-    only: bool = False,
-    settings: Sequence[str] = (),
-    repeats: int | None = None,
-    seed: int = 0,
-    eyes: str = "one",
-    pictures: Pictures | None = None,
-) -> Batch[Any]:
-    """Check what is asked for, and list its trials or clips; nothing is written.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    models, only, repeats, seed, eyes
-        As of `run`.
-    settings
-        ``SECTION.NAME=VALUE`` texts.
-    pictures
-        A user's own, behind the objects of clips in place of the scenes, or on the arena's wall.
-
-    Raises
-    ------
-    UsageError
-        It cannot be run so.
-    """
-    check_known("--eyes", eyes, ("one", "both"))
-    shown = shown_models(experiment.models, models, only)
-    if isinstance(experiment, OfflineExperiment):
-        if eyes == "both":
-            raise UsageError(f"--eyes both: {experiment.name} shows clips, which no camera sees")
-        if pictures and not any(clip.takes_scene() for clip in experiment.clips):
-            raise UsageError(f"--pictures: no clip of {experiment.name} has a background to show them")
-        return offline.plan(experiment, shown, settings, repeats, seed, pictures)
-    return trials.plan(experiment, shown, settings, repeats, seed, pictures, both=eyes == "both")
-
-
-def perform(
-    experiment: Experiment | OfflineExperiment, folder: Path, pool: Workers, *, recordings: bool = True,
-    **asked: Any,
-) -> Run:  # fmt: skip
-    """Run an experiment of either kind into a folder, and judge its claims.
-
-    Parameters
-    ----------
-    experiment, folder, pool
-        What to run, into which folder, on what.
-    recordings
-        Whether to write a recording of each trial.
-    **asked
-        As of `planned`.
-
-    Raises
-    ------
-    UsageError
-        It cannot be run so; nothing is written then.
-    """
-    plan = planned(experiment, **asked)
-    if isinstance(experiment, OfflineExperiment):
-        with pool.running(rendering=False):
-            return offline.run(plan, folder, pool, recordings=recordings and experiment.recorded)
-    with pool.running():
-        return trials.run(plan, folder, pool, recordings=recordings)
+__all__ = ["asked_of", "fit", "run", "sweep"]
 
 
 def run(
@@ -173,27 +97,61 @@ def run(
     >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
     >>> speed.claims.select("id", "model", "count")
     """
-    if isinstance(experiment, Experiment | OfflineExperiment):
-        declared: Experiment | OfflineExperiment = experiment
-        hand = declared.conditions()[0].hand if isinstance(declared, Experiment) and declared.name == LIVE else None
-        source: Any = {LIVE: asdict(hand)} if hand else {"object": declared.name}
-        registry.check_claims(declared, f"experiment {declared.name}")
+    asked = asked_of(
+        experiment, seed=seed, repeats=repeats, eyes=eyes, models=models, only=only, settings=settings,
+        pictures=pictures, recordings=recordings,
+    )  # fmt: skip
+    plan = planned(asked)
+    return _performed(plan, "experiments.run", out, Workers(workers, cluster, quiet=quiet))
+
+
+def asked_of(
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment,
+    *,
+    seed: int = 0,
+    repeats: int | None = None,
+    eyes: str = "one",
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    only: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    pictures: str | os.PathLike[str] | None = None,
+    recordings: bool = True,
+) -> Asked:
+    """Return what a call of `run` asks for, with its arguments.
+
+    Returns
+    -------
+    Asked
+        Of trials with the robot, or of clips, by the experiment.
+    """
+    options: dict[str, Any] = {"eyes": eyes, "recordings": recordings}
+    what: tuple[str, ...] = ()
+    declared: Experiment | OfflineExperiment | None = None
+    if isinstance(experiment, str | os.PathLike):
+        what = (os.fspath(experiment),)
+        kind = registry.find(what[0]).kind
     else:
-        declared, source = registry.find(str(experiment)), str(experiment)
-    asked = {
-        "models": model_texts(models), "only": only, "settings": assignments(settings), "seed": operator.index(seed),
-        "repeats": None if repeats is None else operator.index(repeats), "eyes": eyes,
-        "pictures": None if pictures is None else folder_pictures(pictures),
-    }  # fmt: skip
-    place = new_folder(declared.name) if out is None else Path(out)
-    arguments = {
-        **asked, "experiment": source, "settings": dict(text.split("=", 1) for text in assignments(settings)),
-        "pictures": None if pictures is None else os.fspath(pictures), "recordings": recordings,
-    }  # fmt: skip
-    pool = Workers(workers, cluster, quiet=quiet)
-    with begun_by({"call": "experiments.run", "arguments": arguments}):
-        done = perform(declared, place, pool, recordings=recordings, **asked)
-    print_troubles((verdict.id, verdict.trouble) for verdict in done.verdicts)
+        declared, kind = experiment, experiment.kind
+        hand = (
+            experiment.conditions()[0].hand if isinstance(experiment, Experiment) and experiment.name == LIVE else None
+        )
+        if hand is not None:
+            options["hand"], declared = asdict(hand), None
+    if pictures is not None:
+        options["pictures"] = os.fspath(pictures)
+    return Asked(
+        kind=kind, what=what, models=tuple(model_texts(models)), only=only, values=dict(settings or {}),
+        repeats=None if repeats is None else operator.index(repeats), seed=operator.index(seed),
+        options=options, declared=declared,
+    )  # fmt: skip
+
+
+def _performed(plan: Plan[Any], call: str, out: str | os.PathLike[str] | None, pool: Workers) -> Run:
+    """Do a run in the folder asked for, or in a new one, and print what went wrong in users' claims."""
+    folder = new_folder(plan.name) if out is None else Path(out)
+    with begun_by({"call": call}):
+        done = perform(plan, folder, pool)
+    print_troubles(done.troubles)
     return done
 
 
@@ -246,11 +204,9 @@ def fit(
     >>> run = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
     >>> print(*run.fitted["sentences"], sep="\\n")
     """
-    asked = shipped_study(fit) if isinstance(fit, str) else fit
-    if not isinstance(asked, Fit):
-        raise UsageError(f"fit must be an experiments.Fit, or the name of one that ships, got {short(fit)}")
-    place = new_folder(asked.study.name) if out is None else Path(out)
-    return fits.run(asked, operator.index(seed), place, Workers(workers, cluster, quiet=quiet))
+    named, declared = ((fit,), None) if isinstance(fit, str) else ((), fit)
+    asked = Asked(kind="fit", what=named, declared=declared, seed=operator.index(seed))
+    return _performed(planned(asked), "experiments.fit", out, Workers(workers, cluster, quiet=quiet))
 
 
 def sweep(
@@ -262,10 +218,12 @@ def sweep(
     claims: Sequence[str] | None = None,
     measures: Sequence[str] | None = None,
     repeats: int | None = None,
+    settings: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | None = None,
     workers: int | None = None,
+    cluster: str | None = None,
     quiet: bool = False,
-) -> pl.DataFrame:
+) -> Run:
     """Judge claims and measure numbers at every point of a grid of parameters, as ``colias sweep`` does.
 
     Points that differ in parameters of models alone share their frames.
@@ -284,19 +242,22 @@ def sweep(
         Ids of claims, and names of measures; ``None``: the study's own, or all claims declared about the models.
     repeats
         Trials of each condition in a replicate; ``None``: the experiment's own number.
+    settings
+        Parameter -> value that holds at every point, as of `run`.
     out
         The folder for the trials and tables; otherwise a new one, ``runs/NAME-TIME``. There, what is missing is done.
     workers
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
+    cluster
+        Address of a Dask scheduler, used instead.
     quiet
         Whether to print neither plan nor progress.
 
     Returns
     -------
-    polars.DataFrame
-        A row for each point, model, claim and replicate: ``verdict``, what ``decided``, what was ``measured``, and the
-        ``slack`` in smallest differences. Without claims, a row for each point, model and measure: ``value``, and its
-        95 % interval.
+    Run
+        Its ``outcomes`` have a row for each point, model, claim and replicate. Its ``summary`` has a row for each
+        point, model, and claim or measure.
 
     Raises
     ------
@@ -306,16 +267,18 @@ def sweep(
     Examples
     --------
     >>> from experiments import sweep
-    >>> table = sweep("general", over=("dsnn.t_sp=0.1,0.2",), claims=("C14",), repeats=5, quiet=True)
-    >>> table.select("dsnn.t_sp", "verdict").rows()
+    >>> swept = sweep("general", over=("dsnn.t_sp=0.1,0.2",), claims=("C14",), repeats=5, quiet=True)
+    >>> swept.outcomes.select("dsnn.t_sp", "verdict").rows()
     [(0.1, 'holds'), (0.2, 'holds')]
     """
     if seeds is not None and (seeds.step != 1 or not seeds):
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
-    given = {"models": models, "claims": claims, "measures": measures, "repeats": repeats,
-             "replicates": seeds and len(seeds)}  # fmt: skip
-    study = typed(experiment, over, **given)
-    place = new_folder(study.name) if out is None else Path(out)
-    plan = planned_sweep(study, seeds.start if seeds else 0)
-    result = sweeps.run(plan, place, Workers(workers, quiet=quiet))
-    return result.table if plan.claims else result.numbers
+    named = isinstance(experiment, str)
+    options = {"over": over, "claims": claims, "measures": measures, "replicates": seeds and len(seeds)}
+    asked = Asked(
+        kind="sweep", what=tuple(experiment.split(",")) if isinstance(experiment, str) else (),
+        declared=None if named else experiment, models=tuple(models or ()), values=dict(settings or {}),
+        repeats=repeats, seed=seeds.start if seeds else 0,
+        options={name: value if isinstance(value, int) else list(value) for name, value in options.items() if value},
+    )  # fmt: skip
+    return _performed(planned(asked), "experiments.sweep", out, Workers(workers, cluster, quiet=quiet))

@@ -1,32 +1,49 @@
-"""Run an off-line experiment: plan its clips, play them into a folder, judge its claims, draw its figure."""
+"""Off-line experiments: plan an experiment's clips, and conclude, draw and show a run of them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from experiments.base.console import error_console
-from experiments.declare.clip import OfflineExperiment
+from experiments.base import console
+from experiments.base.console import count, error_console, out_console, show_files
+from experiments.base.errors import UsageError
+from experiments.declare.clip import ClipFigure, OfflineExperiment
 from experiments.declare.outcome import Outcome
+from experiments.draw.terminal import show_silent, show_verdicts
 from experiments.judge import stored
 from experiments.judge.judge import judge
 from experiments.judge.tests import summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
+from experiments.kinds import registry
+from experiments.kinds.kind import Kind
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import Run, load
+from experiments.settings.models import shown_models
 from experiments.settings.parameters import differing
-from experiments.settings.pictures import Pictures
-from experiments.settings.settings import check_counts, watchers
-from experiments.show.clips import TRIALS, described_scenes, record, trials_of
+from experiments.settings.pictures import folder_pictures
+from experiments.settings.settings import assignments, check_counts, watchers
+from experiments.show.clips import TRIALS, ClipTrial, described_scenes, record, trials_of
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
+from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
-from experiments.store.runs import Batch
-from experiments.store.tables import TrialRecord
+from experiments.store.folder import RunFolder
+from experiments.store.plan import Plan, filled
+from experiments.store.tables import PEAKS, TrialRecord
 from experiments.store.workers import Workers
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+
+QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
+"""Quantities of a summary: a count, then potentials."""
+
+
+# What is run.
 
 
 def is_random(experiment: OfflineExperiment) -> bool:
@@ -38,62 +55,51 @@ def is_random(experiment: OfflineExperiment) -> bool:
     return any((one != other).any() for one, other in frames)
 
 
-def plan(
-    experiment: OfflineExperiment, models: Sequence[str], assignments: Sequence[str], repeats: int | None, seed: int,
-    pictures: Pictures | None = None, *, frames: bool = True,
-) -> Batch[Trial]:  # fmt: skip
-    """Return an experiment's clips as a batch, checked, from what a person typed.
+def plan(asked: Asked) -> Plan[ClipTrial]:
+    """Return the plan of an experiment's clips.
 
     Parameters
     ----------
-    experiment
-        The experiment.
-    models
-        The models that are shown the clips.
-    assignments
-        ``SECTION.NAME=VALUE`` texts.
-    repeats
-        Number of repeats; ``None``: the experiment's own.
-    seed
-        Seed of the first repeat.
-    pictures
-        Shown in place of the scenes.
-    frames
-        Whether to keep a row per frame.
+    asked
+        What was asked for. Its options are ``pictures``, the folder of a user's own, shown in place of the scenes;
+        ``recordings`` and ``frames``, whether to keep these.
 
     Raises
     ------
     UsageError
         It cannot be run so.
     """
-    count = experiment.repeats if repeats is None else repeats
-    option = f"{experiment.name}: repeats" if repeats is None else "--repeats"
-    check_counts(seed, count, option)
-    chosen, _ = watchers(models, assignments)
-    trials, changed = trials_of(experiment, chosen, count, seed, pictures), differing(chosen, offline=True)
-    description = {
-        "kind": "clips",
+    experiment: OfflineExperiment = registry.declaration(asked)
+    folder = asked.option("pictures")
+    if asked.option("eyes", "one") != "one":
+        raise UsageError(f"--eyes {asked.options['eyes']}: {experiment.name} shows clips, which no camera sees")
+    if folder and not any(clip.takes_scene() for clip in experiment.clips):
+        raise UsageError(f"--pictures: no clip of {experiment.name} has a background to show them")
+    pictures = folder_pictures(folder) if folder else None
+    repeats = experiment.repeats if asked.repeats is None else asked.repeats
+    check_counts(asked.seed, repeats, f"{experiment.name}: repeats" if asked.repeats is None else "--repeats")
+    models = shown_models(experiment.models, asked.models, asked.only)
+    chosen, _ = watchers(models, assignments(asked.values))
+    trials, changed = trials_of(experiment, chosen, repeats, asked.seed, pictures), differing(chosen, offline=True)
+    recordings = bool(asked.option("recordings", True)) and experiment.recorded
+    resolved = {
         "experiment": experiment,
-        "repeats": count,
-        "seed": seed,
+        "repeats": repeats,
+        "seed": asked.seed,
         "trials": len(trials),
         "models": chosen,
         **({"changed": changed} if changed else {}),
         THRESHOLDS: {model.label: model.thresholds for model in chosen},
-        **described_scenes(experiment.clips, count, pictures),
-        "clips": {trial.label(): trial.condition.build(seed).params for trial in trials if not trial.repeat},
-        "recordings": False,
+        **described_scenes(experiment.clips, repeats, pictures),
+        "clips": {trial.label(): trial.condition.build(asked.seed).params for trial in trials if not trial.repeat},
+        "recordings": recordings,
         **provenance.of((model.source for model in chosen), experiment),
     }
-    return Batch(
-        name=experiment.name,
-        specs=trials,
-        work=partial(play_clip, frames=frames),
-        description=description,
-        schemas=(TRIALS, FRAMES),
-        parameters=changed,
-        things="clips",
-    )
+    return Plan(
+        asked, experiment.name, trials,
+        partial(play_clip, recordings=recordings, frames=bool(asked.option("frames", True))), resolved,
+        (TRIALS, FRAMES), experiment, chosen, changed, "clips",
+    )  # fmt: skip
 
 
 def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) -> TrialRecord:
@@ -101,63 +107,49 @@ def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) ->
     return play(trial, record if recordings and not trial.repeat else None, frames=frames)
 
 
-def run(clips: Batch[Trial], out: Path, pool: Workers, *, recordings: bool = False) -> Run:
-    """Play the clips that a folder lacks, judge and draw.
+def work(plan: Plan[ClipTrial], out: Path, pool: Workers) -> None:
+    """Play the clips that a folder lacks, judge and draw; say where repeats are equal."""
+    repeats = len({trial.repeat for trial in plan.trials})
+    if repeats > 1 and not pool.quiet and not is_random(plan.declared):
+        error_console.print(f"note: nothing in {plan.name} is random: its {repeats} repeats are equal")
+    with filled(plan, out, pool) as folder:
+        conclude(plan, folder)
 
-    Parameters
-    ----------
-    clips
-        From `plan`.
-    out
-        The run's folder: a new one, or one that holds a part of this run.
-    pool
-        Where the clips are played.
-    recordings
-        Whether to record the first seed's clips for Rerun.
-    """
+
+# What it comes to.
+
+
+def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
+    """Judge the claims of the clips in ``folder``, and write verdicts, summary and figure."""
     from experiments.draw import style  # not before: workers do without matplotlib
 
-    repeats = clips.description["repeats"]
-    if repeats > 1 and not pool.quiet and not is_random(clips.description["experiment"]):
-        error_console.print(f"note: nothing in {clips.name} is random: its {repeats} repeats are equal")
-    work, description = partial(play_clip, recordings=recordings), {**clips.description, "recordings": recordings}
-    with replace(clips, work=work, description=description).run(out, pool) as folder:
-        rows = folder.table("trials").to_dicts()
-        folder.write_json("claims.json", stored.document(verdicts(clips, rows)))
-        shown = load(out)
-        if rows:
-            folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
-            style.save(shown.figure(), out / "figure")
-    return shown
-
-
-QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
-"""Quantities of a summary: a count, then potentials."""
-
-
-def thresholds(clips: Batch[Trial]) -> dict[str, float | None]:
-    """Return the spiking threshold of each model that clips are shown to."""
-    return {model.label: model.threshold for model in clips.specs[0].models}
+    rows = folder.table("trials").to_dicts()
+    folder.write_json("claims.json", stored.document(verdicts(plan, rows)))
+    if rows:
+        folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
+        style.save(load(folder.folder).figure(), folder.folder / "figure")
 
 
 def verdicts(
-    clips: Batch[Trial], rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None
+    plan: Plan[ClipTrial], rows: Sequence[Mapping[str, Any]], all_rows: Sequence[Mapping[str, Any]] | None = None
 ) -> list[Verdict]:
     """Judge the claims of an off-line run, each at every seed. A seed is a replicate.
 
     Parameters
     ----------
-    clips
-        The run's clips, from `plan`.
+    plan
+        The run's.
     rows
         The run's rows.
     all_rows
         The same models' rows in other runs too: see `experiments.judge.judge.judge`.
     """
-    experiment, lost = clips.description["experiment"], Outcome.unjudged("some of its clips failed")
-    by_seed = [[row for row in rows if row["repeat"] == repeat] for repeat in range(clips.description["repeats"])]
+    experiment, lost = plan.declared, Outcome.unjudged("some of its clips failed")
+    by_seed = [
+        [row for row in rows if row["repeat"] == repeat] for repeat in sorted({trial.repeat for trial in plan.trials})
+    ]
     whole = [len({row["trial"] for row in of_seed}) == len(experiment.clips) for of_seed in by_seed]
-    spiking, random = thresholds(clips), is_random(experiment)
+    spiking, random = plan.thresholds, is_random(experiment)
     found = []
     for claim in (find_claim(claim, "clips") for claim in experiment.claims):
         outcomes = [
@@ -166,3 +158,29 @@ def verdicts(
         ]
         found.append(verdict_of(claim, outcomes, random=random, experiment=experiment.name))
     return found
+
+
+# Reading it.
+
+
+def draw(run: Run) -> Figure:
+    """Draw the figure of a run of clips, from its folder alone."""
+    from experiments.draw import clips  # not before: matplotlib takes its time to load
+
+    declared = run.description["experiment"]
+    title = clips.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
+    return clips.draw(ClipFigure(**declared["figure"]), run.trials, run.frames, run.thresholds, title)
+
+
+def show(run: Run) -> None:
+    """Print what a run comes to: peaks at the first seed, the verdicts, and where everything is."""
+    rows = run.trials.to_dicts()
+    if rows:
+        console.show(run.trials.filter(repeat=0).select("clip", "model", *PEAKS, "spikes"), "first seed")
+    out_console.print()
+    show_verdicts(run.verdicts)
+    show_silent(rows)
+    show_files(run.folder, count(len({row["trial"] for row in rows}), "clip"))
+
+
+KIND = Kind(plan, work, draw, show, renders=False)

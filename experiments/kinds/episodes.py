@@ -1,4 +1,4 @@
-"""Run behaviours in an env: plan their episodes, play them into a folder, score them, judge claims, draw."""
+"""Episodes of behaviours in an env: plan them, and score, judge, draw and show a run of them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import dataclasses
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import cv2
 import polars as pl
@@ -19,92 +18,49 @@ from colias_sim.arena import arena_files
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.randomise import PRESET
-from experiments.base.console import progress
+from experiments.base.console import count, progress, show_files
 from experiments.base.errors import UsageError, check_known, check_unique
 from experiments.base.user_code import declared, is_own
 from experiments.declare.behaviour import ENDING, Behaviour, load_policy
+from experiments.draw.terminal import show_verdicts
 from experiments.judge import scores as scoring
 from experiments.judge import stored
 from experiments.judge.tests import Score
+from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
 from experiments.settings.models import choose, named_model
 from experiments.settings.settings import check_counts
-from experiments.show.episodes import EPISODES, STEPS, EpisodeTrial, env_id, play, record  # fmt: skip
+from experiments.show.episodes import EPISODES, STEPS, EpisodeTrial, env_id, play, record
 from experiments.store import provenance
-from experiments.store.runs import Batch
+from experiments.store.asked import Asked
+from experiments.store.folder import RunFolder
+from experiments.store.plan import Plan
 from experiments.store.tables import TrialRecord, drawn_here, recording_of
-from experiments.store.workers import Workers
 from scenes import is_arena_file
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 SET_BY_BEHAVIOUR = ("observation", "actions", "model")
+EPISODES_EACH = 20
+"""Episodes of each behaviour, where none are asked for."""
 
 
-def episodes(
-    behaviours: Sequence[str], env: str, options: Mapping[str, Any], count: int, seed: int, steps: int | None = None,
-    reference: str = "",
-) -> Batch[EpisodeTrial]:  # fmt: skip
-    """Return the episodes of behaviours in an env as a batch; those of equal repeat have equal seeds, so equal worlds.
-
-    Parameters
-    ----------
-    behaviours
-        Registered names, or absolute paths of files.
-    env, options
-        The env, and the arguments of it that are set.
-    count, seed
-        Episodes of each behaviour, and the seed of the first.
-    steps
-        Number of frames of an episode; otherwise the env's own number.
-    reference
-        Name of the behaviour that collisions are compared with; otherwise the first one's.
-    """
-    loaded = list(map(load_behaviour, behaviours))
-    specs = []
-    for place, behaviour in enumerate(loaded):
-        sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
-        for repeat in range(count):
-            index = place * count + repeat
-            specs.append(EpisodeTrial("behave", index, repeat, seed + repeat, behaviours[place], sees_by))
-    arena = options.get("arena", "")
-    files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
-    sources = [*behaviours, *(behaviour.model for behaviour in loaded), *files]
-    description = {
-        "kind": "episodes", "experiment": "behave", "behaviours": behaviours, "env": env, "options": options,
-        "episodes": count, "seed": seed, "steps": steps, "trials": len(specs), "recorded": 0,
-        "reference": reference or loaded[0].name, **provenance.of(map(_source, dict.fromkeys(sources))),
-    }  # fmt: skip
-    return Batch(
-        name="behave",
-        # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
-        specs=sorted(specs, key=lambda trial: (trial.repeat, trial.index)),
-        work=partial(play_trial, env=env, options=options, steps=steps, recorded=0),
-        description=description,
-        schemas=(EPISODES, STEPS),
-        things="episodes",
-    )
+# What is run.
 
 
-def plan(
-    names: Sequence[str], env: str | None = None, assignments: Sequence[str] = (), count: int = 20, seed: int = 0,
-    *, baselines: bool = True,
-) -> Batch[EpisodeTrial]:  # fmt: skip
-    """Return the episodes of behaviours in one env, and of what they are compared with, checked.
+def plan(asked: Asked) -> Plan[EpisodeTrial]:
+    """Return the plan of episodes; those of equal repeat have equal seeds, so equal worlds.
 
     Parameters
     ----------
-    names
-        Behaviours: names, groups of them, .py files, or policies. A group is played with its reference in the place of
-        the env's baselines.
-    env
-        Otherwise that of the first behaviour.
-    assignments
-        ``NAME=VALUE`` texts: arguments of the env.
-    count, seed
-        Episodes of each behaviour, and the seed of the first.
-    baselines
-        Whether to play the baselines too.
+    asked
+        What was asked for: behaviours by name, group, .py file or policy, and arguments of the env as values. A group
+        is played with its reference in the place of the env's baselines. Its options are ``env``, otherwise that of the
+        first behaviour; ``baselines``, whether to play these too; ``steps``, frames of an episode, otherwise the env's
+        own number; ``recordings``, whether to record the first behaviour's episodes.
 
     Raises
     ------
@@ -112,16 +68,72 @@ def plan(
         It cannot be played so.
     """
     groups, references = (shipped(BEHAVIOURS[name]) for name in ("groups", "references"))
-    asked = dict.fromkeys(member for name in names for member in groups.get(name, (_source(name),)))
-    first = load_behaviour(next(iter(asked)))
-    where = env_id(env or first.env)
-    options = env_options(where, assignments, first.options)
-    compared = [member for name in names for member in references.get(name, ())]
-    others = (compared or ENVS[where].baselines) if baselines else ()
-    played = tuple(dict.fromkeys([*asked, *others]))
-    check_counts(seed, count, "--episodes")
+    named = dict.fromkeys(member for name in asked.what for member in groups.get(name, (_source(name),)))
+    first = load_behaviour(next(iter(named)))
+    where = env_id(str(asked.option("env", first.env)))
+    options = env_options(where, asked.values, first.options)
+    compared = [member for name in asked.what for member in references.get(name, ())]
+    others = (compared or ENVS[where].baselines) if asked.option("baselines", True) else ()
+    played = tuple(dict.fromkeys([*named, *others]))
+    number = EPISODES_EACH if asked.repeats is None else asked.repeats
+    check_counts(asked.seed, number, "--episodes")
     check_unique("two behaviours", [load_behaviour(name).name for name in played])
-    return episodes(played, where, options, count, seed, reference=(compared or [first.name])[0])
+    return _planned(asked, played, where, options, number, (compared or [first.name])[0])
+
+
+def _planned(
+    asked: Asked, names: Sequence[str], env: str, options: Mapping[str, Any], number: int, reference: str
+) -> Plan[EpisodeTrial]:
+    """Return the plan of checked episodes; collisions are compared with those of ``reference``."""
+    loaded = list(map(load_behaviour, names))
+    trials = []
+    for place, behaviour in enumerate(loaded):
+        sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
+        for repeat in range(number):
+            index = place * number + repeat
+            trials.append(EpisodeTrial("behave", index, repeat, asked.seed + repeat, names[place], sees_by))
+    arena, steps = options.get("arena", ""), asked.option("steps")
+    recorded = number if asked.option("recordings", False) else 0
+    files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
+    sources = [*names, *(behaviour.model for behaviour in loaded), *files]
+    resolved = {
+        "experiment": "behave", "behaviours": names, "env": env, "options": options, "episodes": number,
+        "seed": asked.seed, "steps": steps, "trials": len(trials), "recorded": recorded, "reference": reference,
+        **provenance.of(map(_source, dict.fromkeys(sources))),
+    }  # fmt: skip
+    return Plan(
+        asked,
+        "behave",
+        # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
+        sorted(trials, key=lambda trial: (trial.repeat, trial.index)),
+        partial(play_trial, env=env, options=options, steps=steps, recorded=recorded),
+        resolved,
+        (EPISODES, STEPS),
+        Played(env, tuple(behaviour.name for behaviour in loaded), bool(options), reference),
+        things="episodes",
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class Played:
+    """What the episodes of a run are of.
+
+    Parameters
+    ----------
+    env
+        Id of the env.
+    names
+        Names of the behaviours.
+    changed
+        Whether an argument of the env is set.
+    reference
+        Name of the behaviour that collisions are compared with.
+    """
+
+    env: str
+    names: tuple[str, ...]
+    changed: bool
+    reference: str
 
 
 def _source(name: str) -> str:
@@ -129,21 +141,18 @@ def _source(name: str) -> str:
     return str(Path(name).resolve()) if is_own(name) else name
 
 
-def env_options(env: str, assignments: Sequence[str], defaults: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return ``NAME=VALUE`` texts, over the ``defaults``, as the env's keyword arguments, checked.
+def env_options(env: str, values: Mapping[str, Any], defaults: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return values, over the ``defaults``, as the env's keyword arguments, checked; a text may read as a number.
 
-    An argument that is a mapping may be typed entry by entry, ``NAME.ENTRY=VALUE``; ``NAME=TEXT`` is its preset then.
+    An argument that is a mapping may be given entry by entry, ``NAME.ENTRY``; ``NAME`` is its preset then.
     Raises `UsageError` for an invalid argument.
     """
     options = dict(defaults or {})
-    for text in assignments:
-        key, equals, value = text.partition("=")
+    for key, given in values.items():
         name, dot, entry = key.partition(".")
-        if not equals:
-            raise UsageError(f"--set {text}: expected NAME=VALUE, for example robots=5")
-        before = options.get(name, {})
-        entries = {**(before if isinstance(before, Mapping) else {PRESET: before}), entry: _value(value)}
-        options[name] = entries if dot else _value(value)
+        before, value = options.get(name, {}), _value(given)
+        entries = {**(before if isinstance(before, Mapping) else {PRESET: before}), entry: value}
+        options[name] = entries if dot else value
     check_options(env, options, "--set")
     if isinstance(arena := options.get("arena"), str):
         options["arena"] = known_arena(arena)
@@ -160,12 +169,12 @@ def check_options(env: str, options: Mapping[str, Any], origin: str) -> None:
         raise UsageError(f"{origin}: {error}") from error
 
 
-def _value(text: str) -> Any:
-    """Return a number, true or false, or the text itself."""
+def _value(given: Any) -> Any:
+    """Return a value as it is, but of a text that reads as one a number, true or false."""
     try:
-        return json.loads(text)
+        return json.loads(given) if isinstance(given, str) else given
     except ValueError:
-        return text
+        return given
 
 
 def play_trial(
@@ -182,40 +191,39 @@ def play_trial(
     return drawn_here(done) if episode.responses else done  # one that senses the state sees no picture
 
 
-def run(batch: Batch[EpisodeTrial], out: Path, pool: Workers, *, recordings: int = 0) -> Run:
-    """Play the episodes that a folder lacks, score, judge and draw.
+def load_behaviour(source: str) -> Behaviour:
+    """Return the registered behaviour ``source``, the ``BEHAVIOUR`` of a .py file, or the policy in an .npz file.
 
-    Parameters
-    ----------
-    batch
-        From `plan` or `episodes`.
-    out
-        The run's folder: a new one, or one that holds a part of this run.
-    pool
-        Where the episodes are played.
-    recordings
-        How many episodes, from the first, to record for Rerun.
+    Raises
+    ------
+    UsageError
+        The name is unknown, or the file declares no `Behaviour` or holds no policy.
     """
+    if source.endswith(ENDING):
+        return load_policy(Path(source)).behaviour(Path(source).stem)
+    if not is_own(source):
+        known, groups = shipped(BEHAVIOURS["behaviours"]), shipped(BEHAVIOURS["groups"])
+        check_known("behaviour", source, known if source in groups else (*groups, *known))
+        return cast(Behaviour, known[source])
+    entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
+    env_id(entry.env)
+    return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
+
+
+# What it comes to.
+
+
+def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
+    """Score the episodes in ``folder``, judge claims about them, and write verdicts, summary and figure."""
     from experiments.draw import style  # not before: workers do without matplotlib
 
-    env, names = batch.description["env"], [load_behaviour(name).name for name in batch.description["behaviours"]]
-    work: Any = batch.work
-    description = {**batch.description, "recorded": recordings}
-    with replace(batch, work=partial(work, recorded=recordings), description=description).run(out, pool) as folder:
-        trials = folder.table("trials")
-        # A claim is about the env as it is.
-        judged = (
-            []
-            if batch.description["options"]
-            else scoring.verdicts(claims_on("behaviours").values(), env, names, trials)
-        )
-        folder.write_json("claims.json", stored.document(judged))
-        played = load(out)
-        summary = scoring.summary(trials, env, batch.description["reference"])
-        if not summary.is_empty():
-            folder.write_rows("summary.csv", summary.to_dicts())
-            style.save(played.figure(), out / "figure")
-    return played
+    played, trials = plan.declared, folder.table("trials")
+    claims = () if played.changed else claims_on("behaviours").values()  # a claim is about the env as it is
+    folder.write_json("claims.json", stored.document(scoring.verdicts(claims, played.env, played.names, trials)))
+    summary = scoring.summary(trials, played.env, played.reference)
+    if not summary.is_empty():
+        folder.write_rows("summary.csv", summary.to_dicts())
+        style.save(load(folder.folder).figure(), folder.folder / "figure")
 
 
 def score(
@@ -270,20 +278,31 @@ def score(
     return scoring.scores(pl.DataFrame(rows, EPISODES, strict=False), where)
 
 
-def load_behaviour(source: str) -> Behaviour:
-    """Return the registered behaviour ``source``, the ``BEHAVIOUR`` of a .py file, or the policy in an .npz file.
+# Reading it.
 
-    Raises
-    ------
-    UsageError
-        The name is unknown, or the file declares no `Behaviour` or holds no policy.
-    """
-    if source.endswith(ENDING):
-        return load_policy(Path(source)).behaviour(Path(source).stem)
-    if not is_own(source):
-        known, groups = shipped(BEHAVIOURS["behaviours"]), shipped(BEHAVIOURS["groups"])
-        check_known("behaviour", source, known if source in groups else (*groups, *known))
-        return cast(Behaviour, known[source])
-    entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
-    env_id(entry.env)
-    return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
+
+def caption(run: Run) -> str:
+    """Return what was played, in words."""
+    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
+
+    return behaviours.caption(*(run.description[name] for name in ("env", "options", "episodes", "seed")))
+
+
+def draw(run: Run) -> Figure:
+    """Draw the figure of a run of episodes, from its folder alone."""
+    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
+
+    return behaviours.draw(run.trials, run.frames, caption(run))
+
+
+def show(run: Run) -> None:
+    """Print what a run comes to: each behaviour's measures, the verdicts, and where everything is."""
+    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
+
+    if run.done:
+        behaviours.show(run.summary, caption(run))
+        show_verdicts(run.verdicts)
+        show_files(run.folder, count(run.trials.height, "episode"))
+
+
+KIND = Kind(plan, concluding(conclude), draw, show)

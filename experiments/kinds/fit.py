@@ -7,29 +7,36 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
 
-from experiments.base.errors import UsageError
+from experiments.base.errors import UsageError, short
 from experiments.base.files import Files
 from experiments.base.streams import stream
 from experiments.declare.outcome import together
 from experiments.declare.study import TOGETHER, Fit, Study
 from experiments.judge.count import Count, count
+from experiments.judge.sweep import MOST_SLACK
 from experiments.kinds import registry, sweep, sweep_plan
+from experiments.kinds.kind import Kind
+from experiments.kinds.registry import shipped_study, typed
 from experiments.kinds.result import Run, load
-from experiments.kinds.sweep import MOST_SLACK
+from experiments.kinds.tables import FITS
 from experiments.settings.grid import apart, take
 from experiments.settings.models import look_up
-from experiments.settings.settings import check_counts, collect, schema_of
+from experiments.settings.settings import assignments, check_counts, collect, schema_of
+from experiments.store.asked import Asked
 from experiments.store.description import begin_whole, begun
-from experiments.store.folder import FAILURES
+from experiments.store.plan import Plan
 from experiments.store.workers import Workers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
@@ -243,8 +250,15 @@ def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.D
 # Running it.
 
 
-def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
-    """Check a fit with the corners of its box; return the box, and its keys that change what is rendered.
+def plan(asked: Asked) -> Plan[Any]:
+    """Return the plan of a fit, checked with the corners of its box. Its settings are asked for as it goes.
+
+    Parameters
+    ----------
+    asked
+        What was asked for: a fit that ships, or experiments. Its options are ``over``, the box as ``KEY=A..B`` texts;
+        ``claims`` and ``replicates``; and ``trials``, ``share``, ``sample``, ``held_out`` and ``search_repeats``, as of
+        `experiments.Fit`.
 
     Raises
     ------
@@ -253,93 +267,137 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
     ImportError
         Optuna is not installed.
     """
-    check_counts(seed, fit.held_out, "--held-out")
+    fit = fit_of(asked)
+    check_counts(asked.seed, fit.held_out, "--held-out")
     box, outside = box_of(fit)
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
-    plan = sweep_plan.planned(study_of(fit, corners), seed)
-    if not plan.claims:
-        raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
-    return box, outside
+    swept = sweep_plan.planned(study_of(fit, corners), asked.seed)
+    if not swept.claims:
+        raise UsageError(f"{', '.join(swept.experiments)}: no claim there can be fitted to")
+    import optuna
+
+    resolved = {"study": fit.study.name, "seed": asked.seed, "over": fit.over, "optuna": optuna.__version__}
+    return Plan(asked, fit.study.name, resolved=resolved, declared=Search(fit, box, outside))
 
 
-def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
-    """Run what a fit's folder lacks, and write its tables and figure.
+def fit_of(asked: Asked) -> Fit:
+    """Return the fit that was asked for: as it was given, one that ships, or experiments with a box."""
+    numbers = {name: asked.option(name) for name in ("trials", "share", "sample", "held_out", "search_repeats")}
+    given = {name: value for name, value in numbers.items() if value is not None}
+    if asked.declared is not None:
+        if not isinstance(asked.declared, Fit):
+            raise UsageError(
+                f"fit must be an experiments.Fit, or the name of one that ships, got {short(asked.declared)}"
+            )
+        return replace(asked.declared, **given)
+    if asked.what[0] in FITS:
+        settled = {"over", "claims", "replicates"} & {name for name, value in asked.options.items() if value}
+        if settled or asked.values or asked.models:
+            raise UsageError(f"{asked.what[0]}: its box, claims, model, settings and replicates are in its file")
+        known: Fit = shipped_study(asked.what[0])
+        return replace(known, **given)
+    name = f"fit-{'-'.join(Path(one).stem for one in asked.what)}"
+    study = typed(
+        ",".join(asked.what), name=name, claims=asked.option("claims"), models=asked.models or None,
+        assignments=assignments(asked.values), replicates=asked.option("replicates"),
+    )  # fmt: skip
+    return Fit(study, tuple(asked.option("over", ())), **given)
 
-    Parameters
-    ----------
-    fit
-        What is searched.
-    seed
-        Seed of the search. The seeds of the second judging and of the sample follow from it.
-    out
-        The fit's folder: a new one, or one that holds a part of this fit. More settings may be searched than before.
-    pool
-        Workers, or a cluster.
 
-    Returns
-    -------
-    Run
-        Its `Run.summary` has the scores of all settings, `Run.anew` the best judged again, `Run.fitted` the result.
+@dataclass(frozen=True)
+class Search:
+    """A checked fit: its box, and those of the box's keys that change what is rendered."""
+
+    fit: Fit
+    box: Ranges
+    outside: Sequence[str]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """How many renderings a batch has, and settings of the network that share each."""
+        whole = PAIR * self.fit.share
+        renderings = 1 if not self.outside else whole if len(self.outside) == len(self.box) else PAIR
+        return renderings, whole // renderings
+
+
+def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
+    """Search, judge the best again, sample the box, and write tables and figure; a search may go on for longer.
 
     Raises
     ------
     UsageError
-        An argument is invalid, or there is another run.
+        There is another run.
     """
+    import optuna
+
     from experiments.draw import fit as report  # not before: workers do without matplotlib
     from experiments.draw import style
 
-    box, outside = planned(fit, seed)
-    import optuna
-
-    size = PAIR * fit.share
-    renderings = 1 if not outside else size if len(outside) == len(box) else PAIR
-    begin_whole(out, "fit", study=fit.study.name, seed=seed, over=fit.over, optuna=optuna.__version__)
+    fit, box, seed = plan.declared.fit, plan.declared.box, plan.asked.seed
+    begin_whole(out, plan.document())
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     search: Any = optuna.create_study(direction="maximize")
-    settings: list[Setting] = []
-    searched = pl.DataFrame(schema=RESULTS)
-    failures: list[Mapping[str, Any]] = []
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
         study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
-        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool)
-        failures.extend(result.failures)
+        asked = Asked(kind="sweep", declared=study, seed=seed)
+        result = sweep.played(sweep.plan(asked), out / name, pool)
         slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")  # silence gains nothing
-        return result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack).cast(
-            RESULTS
-        )
+        names = result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack)
+        return names.cast(RESULTS)
 
-    def table(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.DataFrame:
-        own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
-        return pl.concat([own, pl.DataFrame(settings), scored(results).drop("setting")], how="horizontal")
-
-    with pool.running():
-        for number in range(-(-fit.trials // size)):
-            asked = ask_for(search, box, outside, (renderings, size // renderings), seed, number)
-            shown = [{key: text_of(trial.params[key]) for key in box} for trial in asked]
-            results = play(f"search-{number:04d}", shown, seed, fit.study.replicates)
-            for trial, value in zip(asked, scored(results)[LEAST], strict=True):
-                search.tell(trial, value)
-            searched = pl.concat([searched, results.with_columns(pl.col("setting") + len(settings))])
-            settings += shown
-        found = table("search", settings, searched)
-        # The winner and the next best: first where all claims are satisfied, then by the slack.
-        ranked = found.sort(pl.col("satisfied") == pl.col("claims"), LEAST, MEAN, descending=True, maintain_order=True)
-        best = ranked["number"].head(NEXT_BEST + 1).to_list()
-        anew = play(
-            f"held-out-{len(settings)}", [settings[place] for place in best], seed + TEST, fit.held_out, again=True
-        )
-        even = spread(box, fit.sample, seed)
-        sample = play(f"sample-{fit.sample}", even, seed + SAMPLE, fit.study.replicates)
+    settings, searched = _searched(plan, search, play)
+    found = _scores("search", settings, searched)
+    # The winner and the next best: first where all claims are satisfied, then by the slack.
+    ranked = found.sort(pl.col("satisfied") == pl.col("claims"), LEAST, MEAN, descending=True, maintain_order=True)
+    best = ranked["number"].head(NEXT_BEST + 1).to_list()
+    shown = [settings[place] for place in best]
+    anew = play(f"held-out-{len(settings)}", shown, seed + TEST, fit.held_out, again=True)
+    even = spread(box, fit.sample, seed)
+    filled = _scores("sample", even, play(f"sample-{fit.sample}", even, seed + SAMPLE, fit.study.replicates))
+    rows = again_table(settings, best, searched, anew)
+    files = Files(out)
+    files.write_rows("fit.csv", pl.concat([found, filled]).to_dicts())
+    files.write_rows("anew.csv", rows.to_dicts())
     looks = len([folder for folder in out.glob("held-out-*") if begun(folder)])
-    filled, rows = table("sample", even, sample), again_table(settings, best, searched, anew)
-    first, own = rows.row(0, named=True), found.row(best[0], named=True)
-    winner = settings[best[0]]
+    result = _result(settings[best[0]], rows, found.row(best[0], named=True), filled, looks)
+    files.write_json("fit.json", {
+        "fit": fit.study.name, "summary": fit.study.summary, **result, "importance": importance(search),
+    })  # fmt: skip
+    style.save(report.draw(load(out)), out / "fit")
+
+
+def _searched(plan: Plan[Any], search: Any, play: Callable[..., pl.DataFrame]) -> tuple[list[Setting], pl.DataFrame]:
+    """Search batch by batch; return all settings, and their results."""
+    fit, box, (renderings, share) = plan.declared.fit, plan.declared.box, plan.declared.size
+    settings: list[Setting] = []
+    results = pl.DataFrame(schema=RESULTS)
+    for number in range(-(-fit.trials // (renderings * share))):
+        batch = ask_for(search, box, plan.declared.outside, (renderings, share), plan.asked.seed, number)
+        shown = [{key: text_of(trial.params[key]) for key in box} for trial in batch]
+        found = play(f"search-{number:04d}", shown, plan.asked.seed, fit.study.replicates)
+        for trial, value in zip(batch, scored(found)[LEAST], strict=True):
+            search.tell(trial, value)
+        results = pl.concat([results, found.with_columns(pl.col("setting") + len(settings))])
+        settings += shown
+    return settings, results
+
+
+def _scores(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.DataFrame:
+    """Return a row for each setting: of what it is one, its number, its values and its scores."""
+    own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
+    return pl.concat([own, pl.DataFrame(settings), scored(results).drop("setting")], how="horizontal")
+
+
+def _result(
+    winner: Setting, rows: pl.DataFrame, own: Mapping[str, Any], filled: pl.DataFrame, looks: int
+) -> dict[str, Any]:
+    """Return what ``fit.json`` says of the winner, judged again, and of the even sample."""
+    first = rows.row(0, named=True)
     counted = Count(first["satisfied"], first["replicates"] - first["satisfied"])
     satisfied = filled.filter(pl.col("satisfied") == pl.col("claims")).height
     share, luck = Count(satisfied, filled.height - satisfied), first["in the search"] - first["anew"]
-    few = counted.kind == "counted" and not counted.fails
+    few = counted.state == "counted" and not counted.fails
     word = "no word" if few else "fitted" if counted.word == "holds" else "not fitted"
     word = word if own["satisfied"] == own["claims"] else "not fitted"
     low, high = share.interval or (0.0, 1.0)
@@ -349,16 +407,26 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
              f"{share} settings that fill the box evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of"
              " the box",
              f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip
-    files = Files(out)
-    files.write_rows("fit.csv", pl.concat([found, filled]).to_dicts())
-    files.write_rows("anew.csv", rows.to_dicts())
-    files.write_json("fit.json", {
-        "fit": fit.study.name, "summary": fit.study.summary, "sentences": lines, "winner": winner, "word": word,
-        "share": {"satisfied": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
-        "looks": looks, "importance": importance(search),
-    })  # fmt: skip
-    if failures:
-        files.write_json(FAILURES, failures)
-    done = load(out)
-    style.save(report.draw(done), out / "fit")
-    return done
+    return {"sentences": lines, "winner": winner, "word": word,
+            "share": {"satisfied": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
+            "looks": looks}  # fmt: skip
+
+
+# Reading it.
+
+
+def draw(run: Run) -> Figure:
+    """Draw the figure of a fit, from its folder alone."""
+    from experiments.draw import fit as report  # not before: matplotlib takes its time to load
+
+    return report.draw(run)
+
+
+def show(run: Run) -> None:
+    """Print the result, the settings judged again, and where everything is."""
+    from experiments.draw import fit as report  # not before: matplotlib takes its time to load
+
+    report.show(run)
+
+
+KIND = Kind(plan, work, draw, show, summary="fit.csv")

@@ -9,21 +9,24 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
 from dsnn import Response, ResponseSeries, forms
 from dsnn.stimuli import STIMULI, StimulusEntry
-from experiments.base import interrupts
-from experiments.base.console import error_console, progress
+from experiments.base import console, interrupts
+from experiments.base.console import error_console, progress, show_files
 from experiments.base.errors import TrialError, UsageError, as_usage_error
 from experiments.base.files import NAME, new_folder, part
 from experiments.base.user_code import is_own
 from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
+from experiments.draw.terminal import show_verdicts
 from experiments.judge import motion, stored
-from experiments.kinds.result import Run, load
+from experiments.judge.motion import GRADES
+from experiments.kinds.kind import Kind, perform
+from experiments.kinds.result import Run
 from experiments.kinds.tables import CLAIMS, shipped
 from experiments.settings.models import ConfiguredModel, model_texts, rate_notes, shown_models
 from experiments.settings.parameters import differing
@@ -32,61 +35,79 @@ from experiments.show.clips import open_clip, recorded
 from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
 from experiments.store import provenance
+from experiments.store.asked import Asked
 from experiments.store.command import begun_by
 from experiments.store.description import THRESHOLDS, begun, read_description
 from experiments.store.folder import RunFolder
-from experiments.store.runs import print_notes
+from experiments.store.plan import Plan, print_notes
+from experiments.store.tables import COUNTS, PEAKS
+from experiments.store.workers import Workers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 BLOCK_FRAMES, EVERY_S = 64, 0.1
 """Frames that are recorded at once, and time between two parts that a viewer gets."""
 NOTES = "notes"
 """The entry of ``run.json`` that says what to know of the source."""
-EARLY = "ended_early"
-"""The entry of ``run.json`` that says whether a part of the source is missing."""
+EARLY, STOPPED = "ended_early", "stopped"
+"""The entries of ``run.json`` that say whether a part of the source is missing, and whether Ctrl-C ended it."""
 
 
-def describe(trial: Trial) -> dict[str, Any]:
-    """Return what ``run.json`` holds."""
-    source, stimulus = trial.condition, trial.condition.stimulus
-    shown = {"stimulus": stimulus.stimulus.params, "jitter_px": stimulus.clip.jitter_px} if stimulus else {}
-    files = [source.name] if stimulus and is_own(source.name) else []
-    return {
-        "kind": "watch", "experiment": "watch", "source": source.name, "size": source.size, "fps": source.rate,
-        "seconds": source.seconds, "judged": source.flow, "seed": trial.seed, "trials": 1, "models": trial.models,
-        "changed": differing(trial.models, offline=True),
-        THRESHOLDS: {model.label: model.thresholds for model in trial.models}, **shown,
-        **provenance.of([*(model.source for model in trial.models), *files]),
-    }  # fmt: skip
+# What is run.
 
 
-def plan(
-    source: str, models: Sequence[str] = (), texts: Sequence[str] = (), *, only: bool = False,
-    size: tuple[int, int] | None = None, fps: float | None = None, seconds: float | None = None, seed: int = 0,
-    jitter_px: float = 0.0, judge: bool = False,
-) -> Trial:  # fmt: skip
-    """Return a checked trial, whose condition is the source.
+def plan(asked: Asked) -> Plan[Trial]:
+    """Return the plan of footage: one trial, whose condition is the source.
 
-    The parameters are those of `watch`, with settings as ``SECTION.NAME=VALUE`` texts.
+    Parameters
+    ----------
+    asked
+        What was asked for: a video, the index of a camera as a text, a folder of pictures or a stimulus. Its options
+        are ``size``, ``fps``, ``seconds``, ``jitter_px``, ``judge`` and ``recordings``, as `watch` has them. Whether a
+        viewer opens is ``live`` in the plan.
 
     Raises
     ------
     UsageError
         There is nothing to read, or an argument is invalid.
     """
+    (name,), seed, jitter_px = asked.what, asked.seed, asked.option("jitter_px", 0.0)
+    seconds, size, texts = asked.option("seconds"), asked.option("size"), assignments(asked.values)
     check_counts(seed)
     if seconds is not None and not seconds > 0:
         raise UsageError(f"seconds must be above 0, got {seconds}")
-    labels = shown_models(["dsnn"], models, only)
-    entry = find_stimulus(source) if source in STIMULI or source.endswith(".py") else None
-    sections = {entry.name: entry.params} if entry else {}
+    labels = shown_models(["dsnn"], asked.models, asked.only)
+    entry = find_stimulus(name) if name in STIMULI or name.endswith(".py") else None
     clip = None
     if entry:
         clip = clip_of(entry, [text for text in texts if text.partition(".")[0] == entry.name], jitter_px)
     elif seed or jitter_px:
-        raise UsageError(f"{source}: a seed and jitter are of a stimulus, which a film is not")
-    shown = VideoSource(source, size, seconds, flow=judge, stimulus=open_clip(clip, seed) if clip else None)
-    chosen, _ = watchers(labels, texts, sections, fps)
-    return Trial("watch", 0, 0, seed, shown, chosen)
+        raise UsageError(f"{name}: a seed and jitter are of a stimulus, which a film is not")
+    source = VideoSource(
+        name, tuple(size) if size else None, seconds, flow=bool(asked.option("judge", False)),
+        stimulus=open_clip(clip, seed) if clip else None,
+    )  # fmt: skip
+    chosen, _ = watchers(labels, texts, {entry.name: entry.params} if entry else {}, asked.option("fps"))
+    return _planned(asked, Trial("watch", 0, 0, seed, source, chosen))
+
+
+def _planned(asked: Asked, trial: Trial) -> Plan[Trial]:
+    """Return the plan of a checked source."""
+    source, stimulus = trial.condition, trial.condition.stimulus
+    shown = {"stimulus": stimulus.stimulus.params, "jitter_px": stimulus.clip.jitter_px} if stimulus else {}
+    files, changed = [source.name] if stimulus and is_own(source.name) else [], differing(trial.models, offline=True)
+    resolved = {
+        "experiment": "watch", "source": source.name, "size": source.size, "fps": source.rate,
+        "seconds": source.seconds, "judged": source.flow, "seed": trial.seed, "trials": 1, "models": trial.models,
+        "changed": changed,
+        THRESHOLDS: {model.label: model.thresholds for model in trial.models}, **shown,
+        **provenance.of([*(model.source for model in trial.models), *files]),
+    }  # fmt: skip
+    return Plan(
+        asked, "watch", (trial,), None, resolved, (TRIALS, source.frame_columns), source, trial.models, changed,
+        "frames", live=False,
+    )  # fmt: skip
 
 
 def clip_of(entry: StimulusEntry, texts: Sequence[str], jitter_px: float) -> Clip:
@@ -181,7 +202,7 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
             part(file).replace(file)
 
 
-def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False, quiet: bool = False) -> Run:
+def work(plan: Plan[Trial], out: Path, pool: Workers) -> None:
     """Show the source to the models, then write tables, intervals of motion and verdicts into a new folder.
 
     Ctrl-C in a command ends the source: the files hold all that was seen until then.
@@ -191,16 +212,17 @@ def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False,
     UsageError
         The folder holds a run, or the viewer does not open.
     """
-    source = trial.condition
+    source, (trial,), quiet = plan.declared, plan.trials, pool.quiet
     if begun(out):
         raise UsageError(f"{out}: holds a run already; choose another --out")
-    with closing(RunFolder(out, TRIALS, source.frame_columns, differing(trial.models, offline=True))) as folder:
-        folder.enter(describe(trial))
-        count = 0 if source.count is None else source.count
+    with closing(RunFolder(out, *plan.schemas, plan.parameters)) as folder:
+        folder.enter(plan.document())
+        recording = folder.recording(0) if plan.asked.option("recordings", True) else None
+        number = 0 if source.count is None else source.count
         with (
             interrupts.once(source.stop),
-            _recorder(trial, folder.recording(0) if recordings else None, view=view) as recorder,
-            progress(source.label(), count, quiet or not count, "frames") as advance,
+            _recorder(trial, recording, view=bool(plan.live)) as recorder,
+            progress(source.label(), number, quiet or not number, "frames") as advance,
         ):
 
             def see(showing: Showing) -> None:
@@ -211,23 +233,60 @@ def run(trial: Trial, out: Path, *, recordings: bool = True, view: bool = False,
                 folder.add(play(trial, images=False, watch=see), source.label(), trial.seed)
             except TrialError as error:
                 folder.fail(0, source.label(), trial.seed, str(error))
-        frames = folder.table("frames")
-        one = frames.filter(pl.col("model") == frames["model"][0]) if frames.height else frames
-        time_s = one["time_s"].to_numpy()
-        early = source.ended_early(len(time_s), float(time_s[-1])) if len(time_s) else ""
-        rates = [] if source.rate is None else rate_notes((model, source.rate) for model in trial.models)
-        notes = list(filter(None, [forms.note(), *source.notes(time_s), *rates, early]))
-        found = motion.motions(frames, {model.label: model.thresholds for model in trial.models})
-        judged = shipped(CLAIMS["footage"]).verdicts(frames, trial.models, "watch") if source.flow else []
-        folder.write_text("summary.csv", found.write_csv())
-        folder.write_json("claims.json", stored.document(judged))
-        folder.write_json(NAME, {**read_description(out), NOTES: notes, EARLY: bool(early)})
-        folder.flush()
-        folder.end()
-        for note in notes:
-            error_console.print(f"note: {note}")
-        print_notes(folder)
-        return load(out)
+        conclude(plan, folder)
+
+
+# What it comes to.
+
+
+def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
+    """Write the intervals of motion, the verdicts, and what to know of the source."""
+    source, models, frames = plan.declared, plan.models, folder.table("frames")
+    one = frames.filter(pl.col("model") == frames["model"][0]) if frames.height else frames
+    time_s = one["time_s"].to_numpy()
+    early = source.ended_early(len(time_s), float(time_s[-1])) if len(time_s) else ""
+    rates = [] if source.rate is None else rate_notes((model, source.rate) for model in models)
+    notes = list(filter(None, [forms.note(), *source.notes(time_s), *rates, early]))
+    found = motion.motions(frames, {model.label: model.thresholds for model in models})
+    judged = shipped(CLAIMS["footage"]).verdicts(frames, models, "watch") if source.flow else []
+    folder.write_text("summary.csv", found.write_csv())
+    folder.write_json("claims.json", stored.document(judged))
+    folder.write_json(NAME, {**read_description(folder.folder), NOTES: notes, EARLY: bool(early),
+                             STOPPED: source.stopped})  # fmt: skip
+    folder.flush()
+    folder.end()
+    for note in notes:
+        error_console.print(f"note: {note}")
+    print_notes(folder)
+
+
+# Reading it.
+
+
+def draw(run: Run) -> Figure:
+    """Refuse: footage has no figure."""
+    raise UsageError(f"{run.folder}: footage has no figure; its recording shows it")
+
+
+def show(run: Run) -> None:
+    """Print what footage comes to: the intervals of motion, each model, the verdicts, and where everything is."""
+    if not run.done:
+        return
+    console.show(run.summary, "motion over T" if run.summary.height else "motion over T: none")
+    console.show(run.trials.head(1).select("source", "width", "height", "fps", "frames", "seconds"), "as models saw it")
+    console.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
+    if run.description["judged"]:
+        console.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
+    show_verdicts(run.verdicts, model=len(run.models) > 1)
+    show_files(run.folder, console.count(run.trials["frames"][0], "frame"))
+
+
+def _filled(table: pl.DataFrame) -> pl.DataFrame:
+    """Return a table without the columns that have only nulls."""
+    return table.select(column for column in table if column.null_count() < table.height)
+
+
+KIND = Kind(plan, work, draw, show, renders=None)
 
 
 def watch(
@@ -293,12 +352,11 @@ def watch(
     >>> from experiments import watch
     >>> watch("street.mp4", models=["hybrid"]).summary
     """
-    given: dict[str, Any] = {
-        "only": only, "size": size, "fps": fps, "seconds": seconds, "seed": seed, "judge": judge,
-    }  # fmt: skip
-    name, labels, texts = os.fspath(source), model_texts(models), assignments(settings)
-    planned = plan(name, labels, texts, **given)
+    options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings}
+    asked = Asked(
+        kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
+        values=dict(settings or {}), seed=seed, options=options,
+    )  # fmt: skip
     folder = new_folder("watch") if out is None else Path(out)
-    arguments = {"source": name, "models": labels, "settings": texts, **given}
-    with begun_by({"call": "experiments.watch", "arguments": arguments}):
-        return run(planned, folder, recordings=recordings, quiet=quiet)
+    with begun_by({"call": "experiments.watch"}):
+        return perform(plan(asked), folder, Workers(0, quiet=quiet))

@@ -12,11 +12,13 @@ from experiments.base.errors import UsageError, check_known
 from experiments.base.user_code import declared, declares, is_file, named_file
 from experiments.declare.claim import SHIPPED, Claim, claim_ids
 from experiments.declare.clip import OfflineExperiment
-from experiments.declare.experiment import Experiment
+from experiments.declare.conditions import Hand
+from experiments.declare.experiment import Experiment, visit
 from experiments.declare.study import Study
 from experiments.judge.replicates import LOOMING_DETECTORS
 from experiments.kinds.tables import CLAIMS, EXPERIMENTS, FITS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.settings.models import named_model
+from experiments.store.asked import Asked
 from scenes import is_arena_file
 from scenes.hints import nearest
 
@@ -27,6 +29,24 @@ def load(name: str) -> Experiment:
     if isinstance(experiment, OfflineExperiment):
         raise UsageError(f"{name}: it shows clips, without a robot; see colias list parameters STIMULUS")
     return experiment
+
+
+def declaration(asked: Asked) -> Any:
+    """Return the experiment that was asked for: by name, by file, by hand, or as a caller gave it.
+
+    Raises
+    ------
+    UsageError
+        There is no such experiment, or it was an object of a script, which no file has.
+    """
+    if asked.declared is not None:
+        check_claims(asked.declared, f"experiment {asked.declared.name}")
+        return asked.declared
+    if hand := asked.option("hand"):
+        return visit(Hand(**hand))
+    if not asked.what:
+        raise UsageError("a script gave experiments.run an Experiment of its own: run the script")
+    return find(asked.what[0])
 
 
 def find(name: str) -> Experiment | OfflineExperiment:

@@ -22,6 +22,7 @@ from experiments.declare.experiment import WHOLE
 from experiments.judge import stored
 from experiments.judge.tests import SUMMARY
 from experiments.judge.verdict import Verdict
+from experiments.kinds.tables import KINDS, shipped
 from experiments.settings import parameters
 from experiments.settings.models import counted_channel
 from experiments.show.excitation import without_parts
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 
 WHOLES = ("leaderboard", "fit", "reproduction", "whole")
 """Kinds of run whose folders are runs of their own."""
-SUMMARIES = {"tuning": "preferences.csv", "sweep": "counts.csv", "leaderboard": "leaderboard.csv", "fit": "fit.csv"}
-"""Kind -> the table that sums up such a run, where it is not ``summary.csv``."""
 DEEPEST = 3
 """Levels of folders that are looked through for runs."""
 COMPARISONS = columns_of(Condition) | {
@@ -109,7 +108,7 @@ class Run:
 
         Of other kinds the table that sums up the run, as ``leaderboard.csv`` or ``counts.csv``.
         """
-        return self._csv(SUMMARIES.get(self.kind, "summary.csv"))
+        return self._csv(shipped(KINDS[self.kind]).summary if self.kind in KINDS else "summary.csv")
 
     @cached_property
     def comparisons(self) -> pl.DataFrame:
@@ -119,7 +118,7 @@ class Run:
         first less those of the second; ``rank_biserial``, -1 to 1; ``test``; ``p``, and ``p_holm``, corrected for the
         number of rows. No rows where there is one model, or none of them spikes; only trials with the robot have it.
         """
-        if self.kind in ("trials", "measured") and not (self.folder / "comparisons.csv").is_file():
+        if "settings" in self.description and not (self.folder / "comparisons.csv").is_file():
             return pl.DataFrame(schema=pl.Schema(COMPARISONS))
         return self._csv("comparisons.csv")
 
@@ -166,8 +165,25 @@ class Run:
         return table(rows, CLAIM_COLUMNS)
 
     @cached_property
+    def outcomes(self) -> pl.DataFrame:
+        """Of a sweep, a row for each point, model, claim and replicate, as ``outcomes.csv`` has it.
+
+        ``verdict``, what ``decided``, what was ``measured``, and the ``slack`` in smallest differences.
+        """
+        return self._csv("outcomes.csv")
+
+    @property
+    def troubles(self) -> list[tuple[str, str]]:
+        """Ids of claims whose judge, a user's own, went wrong, each with what it raised."""
+        found = {verdict.id: verdict.trouble for verdict in self.verdicts if verdict.trouble}
+        swept = self._json(f"{self.name}.json") if "axes" in self.description else {}
+        return [*{**found, **(swept or {}).get("troubles", {})}.items()]
+
+    @cached_property
     def failures(self) -> pl.DataFrame:
         """A row per trial, model in a trial, or recording that failed: trial, model, condition, seed, reason."""
+        if self.kind in WHOLES:
+            return pl.concat([table([], FAILURE), *(part.failures for part in self.parts)])
         return table(self._json("failures.json"), FAILURE)
 
     @property
@@ -189,7 +205,7 @@ class Run:
     @property
     def seed(self) -> int | None:
         """The seed of the whole run; ``None`` of a log and of a folder of runs."""
-        return None if self.kind == "measured" else self.description.get("seed")
+        return None if self.measured else self.description.get("seed")
 
     @property
     def planned(self) -> int:
@@ -202,6 +218,16 @@ class Run:
         if self.kind in WHOLES:
             return sum(part.done for part in self.parts)
         return read_table(self.folder, "trials", ["trial"])["trial"].n_unique() if has_tables(self.folder) else 0
+
+    @property
+    def measured(self) -> bool:
+        """Whether its trials are a robot's, imported from a log."""
+        return "measured" in self.description
+
+    @property
+    def thresholds(self) -> dict[str, float | None]:
+        """The threshold of each model's counted channel, by label, as ``run.json`` has it."""
+        return {label: levels.get(counted_channel(levels)) for label, levels in self.description[THRESHOLDS].items()}
 
     @property
     def begun(self) -> datetime.datetime | None:
@@ -245,7 +271,7 @@ class Run:
         UsageError
             The run has no trials yet, or is of a kind whose figure is not drawn from its tables: a sweep, say.
         """
-        drawn = _draw(self)
+        drawn: Figure = shipped(KINDS[self.kind]).draw(self)
         setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
         return drawn
 
@@ -393,43 +419,10 @@ def _claim_row(verdict: Verdict) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _draw(run: Run) -> Figure:
-    """Draw the figure of trials, clips or episodes, as the run's own command did."""
-    described, changed = run.description, run.description.get("changed") or {}
-    if run.kind == "clips":
-        from experiments.declare.clip import ClipFigure
-        from experiments.draw import clips  # not before: matplotlib takes its time to load
-
-        declared = described["experiment"]
-        title = clips.title(declared["name"], described["seed"], changed)
-        return clips.draw(ClipFigure(**declared["figure"]), run.trials, run.frames, _thresholds(run), title)
-    if run.kind in ("trials", "measured"):
-        from experiments.draw import robot
-        from experiments.show.trial_rows import drawable
-        from scenes import arena_name
-
-        declared, settings, rows = described["experiment"], described["settings"], run.trials.to_dicts()
-        title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, changed,
-                            open_loop=settings["robot"]["open_loop"])  # fmt: skip
-        return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
-                          _thresholds(run), title, run.excitations)  # fmt: skip
-    if run.kind == "episodes":
-        from experiments.draw import behaviours
-
-        caption = behaviours.caption(*(described[name] for name in ("env", "options", "episodes", "seed")))
-        return behaviours.draw(run.trials, run.frames, caption)
-    raise UsageError(f"{run.folder}: the figure of a {run.kind} is not drawn from its tables; see the pictures there")
-
-
 def whole_networks(run: Run) -> list[dict[str, Any]]:
     """Return the rows of a run's trials without models that are parts of another; none where all trials failed."""
     rows = run.trials.to_dicts() if run.done else []
     return without_parts(rows) if run.description["experiment"]["figure"] == "excitation" else rows
-
-
-def _thresholds(run: Run) -> dict[str, float | None]:
-    """Read the threshold of each model's counted channel, as ``run.json`` has it."""
-    return {label: levels.get(counted_channel(levels)) for label, levels in run.description[THRESHOLDS].items()}
 
 
 def _png(drawn: Figure) -> bytes:

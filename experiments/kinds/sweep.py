@@ -1,303 +1,141 @@
-"""Sweeps: claims and measures at every point of a grid, in replicates of experiments with the robot or of clips."""
+"""Sweeps: plan replicates at every point of a grid, and conclude, draw and show a run of them."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
+import json
 import time
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, partial
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import polars as pl
 
-from experiments.base.files import Files
-from experiments.declare.checks import MARGIN
-from experiments.declare.claim import Claim
+from experiments.base.console import show_places
+from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
-from experiments.declare.outcome import Outcome, together
-from experiments.declare.study import TOGETHER, Levels, Study
-from experiments.judge.count import count, count_columns
-from experiments.judge.measures import UNITS, Measure, measured
-from experiments.judge.replicates import Replicate, judged, of_model, of_models
-from experiments.kinds import clips as offline
+from experiments.declare.study import Study
+from experiments.judge.sweep import Sweep, read
 from experiments.kinds import trials
-from experiments.settings.grid import Point, values_of
-from experiments.settings.models import ConfiguredModel
-from experiments.settings.parameters import Parameters
+from experiments.kinds.clips import play_clip
+from experiments.kinds.kind import Kind, concluding
+from experiments.kinds.registry import typed
+from experiments.kinds.result import Run
+from experiments.kinds.sweep_plan import planned
+from experiments.settings.settings import assignments
 from experiments.show import clips
-from experiments.show.play import FRAMES, Trial, show, tabulate
+from experiments.show.play import FRAMES, Trial, tabulate
+from experiments.show.play import show as shown_to
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
-from experiments.store.runs import Batch
-from experiments.store.tables import TrialRecord, drawn_here, group
+from experiments.store.asked import Asked
+from experiments.store.folder import RunFolder
+from experiments.store.plan import Plan, filled
+from experiments.store.tables import TrialRecord, drawn_here
 from experiments.store.workers import Workers
 
-MOST_SLACK = 100.0
-"""Slack at which each claim is clipped, in smallest differences."""
-EVERY_MODEL = ""
-"""The name under which all models are judged where each claim is judged on the models that it is about."""
-Share = tuple[range, Mapping[str, ConfiguredModel]]
-"""Numbers of trials, and the models that see them at a point by their names without the grid's values."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-def slack(outcome: Outcome) -> float | None:
-    """Return how far inside its bounds a claim lies in one replicate, in smallest differences.
-
-    That is slack over the smallest difference a claim may rest on: of potentials where the reading has no unit,
-    otherwise 1 of the unit. It is the least over its checks, from -`MOST_SLACK` to `MOST_SLACK`; ``None`` where the
-    claim could not be judged.
-    """
-    if not outcome.judged or not outcome.checks:
-        return None
-    shares = [check.slack / MARGIN["spikes" if check.unit else "potential"] for check in outcome.checks]
-    return float(np.clip(min(-MOST_SLACK if math.isnan(share) else share for share in shares), -MOST_SLACK, MOST_SLACK))
+# What is run.
 
 
-@dataclass(frozen=True)
-class Sweep:
-    """A sweep, checked; of one that was played the replicates too, and the tables of what they come to.
+def plan(asked: Asked) -> Plan[Any]:
+    """Return the plan of a sweep.
 
     Parameters
     ----------
-    study
-        What was asked for.
-    claims, measures
-        Claims and measures, each with the name of the experiment that it is judged on.
-    axes
-        Name of each axis -> its levels; the last axis goes fastest.
-    judged
-        Points, each with the name of a model that is judged there.
-    seed
-        Of replicate 0.
-    specs
-        Every trial, one replicate after the other.
-    shares
-        (point, model, experiment, replicate) -> the trials that count there.
-    description
-        The contents of ``run.json``.
-    parameters
-        The parameters that have columns in ``trials.parquet``.
-    replicates
-        Point and model -> its replicates; empty before it is played.
-    failures
-        What failed.
+    asked
+        What was asked for: experiments, or a study, by name or file. Its options are ``over``, the axes as
+        ``KEY=V1,V2`` texts; ``claims`` and ``measures``; and ``replicates``. What is left out is the study's own.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
     """
-
-    study: Study
-    claims: tuple[tuple[Claim, str], ...]
-    measures: tuple[Measure, ...]
-    axes: Mapping[str, Levels]
-    judged: tuple[tuple[Point, str], ...]
-    seed: int
-    specs: tuple[Any, ...]
-    shares: Mapping[tuple[Point, str, str, int], Share]
-    description: Mapping[str, Any]
-    parameters: Parameters
-    replicates: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
-    failures: Sequence[Mapping[str, Any]] = ()
-
-    @property
-    def experiments(self) -> tuple[str, ...]:
-        """The names of the experiments whose trials it runs."""
-        return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
-
-    @cached_property
-    def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
-        """Point, model and claim -> the outcome in each replicate; of a grid of keys also that of all claims."""
-        study, found = self.study, dict[tuple[Point, str, str], tuple[Outcome, ...]]()
-        for (point, model), every in self.replicates.items():
-            for claim, experiment in self.claims:
-                asked = study.claim_at(claim, dict(point)) if study.claim_at else claim
-                found[point, model, claim.id] = tuple(_outcome(asked, part, model, experiment) for part in every)
-            if len(self.claims) > 1 and study.over:
-                columns = zip(*(found[point, model, claim.id] for claim, _ in self.claims), strict=True)
-                found[point, model, TOGETHER] = tuple(
-                    Outcome(together([outcome.verdict for outcome in column]), "") for column in columns
-                )
-        return found
-
-    @cached_property
-    def table(self) -> pl.DataFrame:
-        """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured."""
-        names = ("verdict", "decided", "measured", "effect", "n")
-        on = {claim.id: experiment for claim, experiment in self.claims}
-        rows = [
-            {**self._at(point, model), "claim": claim, "experiment": on.get(claim, ""), "replicate": number,
-             "seed": self.seed + number, **{name: getattr(outcome, name) for name in names},
-             "slack": slack(outcome)}
-            for (point, model, claim), outcomes in self.outcomes.items()
-            for number, outcome in enumerate(outcomes)
-        ]  # fmt: skip
-        return pl.DataFrame(rows, infer_schema_length=None)
-
-    @cached_property
-    def counts(self) -> pl.DataFrame:
-        """A row for each point, model and claim: its counts, the exact 95 % interval and the word.
-
-        ``decided`` and ``measured`` are those of replicate 0.
-        """
-        if self.table.is_empty():
-            return self.table
-        keys = [*self.axes, "model", "claim", "experiment"]
-        groups = self.table.group_by(keys, maintain_order=True)
-        rows = [
-            {**dict(zip(keys, key, strict=True)), **count_columns(count(rows["verdict"])),
-             **rows.select("decided", "measured").row(0, named=True)}
-            for key, rows in groups
-        ]  # fmt: skip
-        return pl.DataFrame(rows, infer_schema_length=None)
-
-    def _at(self, point: Point, model: str) -> dict[str, Any]:
-        """Return the columns of a point and a model."""
-        return {**{name: values_of(self.axes[name])[level] for name, level in point}, "model": model}
-
-    @cached_property
-    def numbers(self) -> pl.DataFrame:
-        """A row for each point, model and measure, of the trials of all replicates together.
-
-        ``lowest`` and ``highest`` are the ends of the values of replicates; ``n``, ``ci_low`` and ``ci_high`` are those
-        of a mean.
-        """
-        rows = []
-        for (point, model), every in self.replicates.items():
-            for measure, experiment, condition in self.measures:
-                whole = [
-                    [row for row in part.of(model) if row["experiment"] == experiment]
-                    if condition or not part.lost.get((experiment, model))
-                    else []
-                    for part in every
-                ]
-                each = [measured(measure, condition, part)["value"] for part in whole]
-                known = [value for value in each if value is not None]
-                rows.append({
-                    **self._at(point, model), "measure": measure, "experiment": experiment,
-                    **measured(measure, condition, [row for part in whole for row in part]),
-                    "unit": UNITS.get(measure, ""), "lowest": min(known, default=None),
-                    "highest": max(known, default=None), "replicates": len(each),
-                    "not shown": len(each) - len(known), **condition,
-                })  # fmt: skip
-        return pl.DataFrame(rows, infer_schema_length=None)
-
-    def rows(self, point: Point, model: str) -> pl.DataFrame:
-        """Return the rows of the trials of a point and a model in all replicates, with the column ``replicate``."""
-        every = enumerate(self.replicates[point, model])
-        rows = [{**row, "replicate": number} for number, part in every for row in part.rows]
-        return pl.DataFrame(rows, infer_schema_length=None)
-
-    @cached_property
-    def tables(self) -> Mapping[str, list[dict[str, Any]]]:
-        """The study's further tables."""
-        return self.study.tables(self) if self.study.tables else {}
-
-    def described(self) -> dict[str, Any]:
-        """Return the contents of ``NAME.json``, which a reproduction's page reads: the counts, and further tables."""
-        study = self.study
-        return {
-            "study": study.name, "summary": study.summary, "replicates": study.replicates,
-            "repeats": self.description["repeats"], "seed": self.seed,
-            "counts": self.counts.to_dicts(),
-            "tables": self.tables, "failures": self.failures,
-        }  # fmt: skip
+    study = study_of(asked)
+    return plan_of(planned(study, asked.seed), asked)
 
 
-def read(plan: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Mapping[str, Any]] = ()) -> Sweep:
-    """Return a sweep with what it comes to, from the rows of ``trials.parquet`` that there are.
-
-    Models go by their names without the grid's values.
-    """
-    by_trial = group(rows, "trial", "model")
-    found: dict[tuple[Point, str], list[Replicate]] = {}
-    for point, judge in plan.judged:
-        for number in range(plan.study.replicates):
-            own: list[Mapping[str, Any]] = []
-            lost = Counter[tuple[str, str]]()
-            models: dict[str, Any] = {}
-            for experiment in plan.experiments:
-                numbers, seen = plan.shares.get((point, judge, experiment, number), (range(0), {}))
-                models |= seen
-                for trial in numbers:
-                    for name, model in seen.items():
-                        there = by_trial.get((trial, model.label), ())
-                        own += ({**row, "model": name} for row in there)
-                        lost[experiment, name] += not there
-            thresholds = {name: model.thresholds for name, model in models.items()}
-            found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds))
-    return dataclasses.replace(plan, replicates=found, failures=failures)
-
-
-def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> Outcome:
-    if model == EVERY_MODEL:
-        return judged(claim, replicate, experiment)
-    if claim.on == "clips":
-        return of_models(claim, replicate, experiment)
-    return of_model(claim, replicate, model, experiment)
+def study_of(asked: Asked, **fields: Any) -> Study:
+    """Return the study that was asked for; ``fields`` are further ones of it."""
+    named = asked.declared if asked.declared is not None else ",".join(asked.what)
+    options = {name: asked.option(name) for name in ("claims", "measures", "replicates")}
+    return typed(
+        named, asked.option("over", ()), models=asked.models or None, repeats=asked.repeats,
+        assignments=assignments(asked.values), **options, **fields,
+    )  # fmt: skip
 
 
 def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     """Play one trial with the robot in a worker; its rows have a probe's columns too."""
     began_s = time.perf_counter()
-    showings = show(trial)
+    showings = shown_to(trial)
     record = tabulate(trial, showings, time.perf_counter() - began_s, frames=False)
     more = columns(showings)
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def play(plan: Sweep, out: Path, pool: Workers) -> Sweep:
-    """Play what a folder lacks of a sweep with a pool of workers, and read what it has.
-
-    Its trials leave neither recordings nor frames.
-    """
-    on_clips, probe = isinstance(plan.specs[0].condition, Clip), plan.study.probe
-    work: Any = partial(offline.play_clip, frames=False) if on_clips else trials.work
-    batch = Batch(
-        name=plan.study.name,
-        specs=plan.specs,
-        work=partial(_probed, columns=probe[0]) if probe else work,
-        description={**plan.description, "experiment": plan.study.name},
-        schemas=(clips.TRIALS, FRAMES) if on_clips
+def plan_of(sweep: Sweep, asked: Asked) -> Plan[Any]:
+    """Return the plan of a checked sweep. Its trials leave neither recordings nor frames."""
+    on_clips, probe = isinstance(sweep.specs[0].condition, Clip), sweep.study.probe
+    done: Any = partial(play_clip, frames=False) if on_clips else trials.work
+    return Plan(
+        asked, sweep.study.name, sweep.specs, partial(_probed, columns=probe[0]) if probe else done,
+        {**sweep.resolved, "experiment": sweep.study.name},
+        (clips.TRIALS, FRAMES) if on_clips
         else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
-        parameters=plan.parameters,
-        things="clips" if on_clips else "trials",
+        sweep, parameters=sweep.parameters, things="clips" if on_clips else "trials",
     )  # fmt: skip
-    with batch.run(out, pool) as folder:
-        return read(plan, folder.table("trials").to_dicts(), folder.failures())
 
 
-def run(plan: Sweep, out: Path, pool: Workers) -> Sweep:
-    """Run what a sweep's folder lacks, and write its tables and figure.
+def played(plan: Plan[Any], out: Path, pool: Workers) -> Sweep:
+    """Do what a folder lacks of a sweep, and read what it has; no table is written."""
+    with filled(plan, out, pool) as folder:
+        return read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
 
-    Parameters
-    ----------
-    plan
-        From `planned`.
-    out
-        The folder: a new one, or one that holds a part of this sweep.
-    pool
-        Workers, or a cluster.
 
-    Returns
-    -------
-    Sweep
-        ``outcomes.csv``, ``counts.csv``, ``NAME.json`` and ``NAME.svg`` in the folder have it.
-
-    Raises
-    ------
-    UsageError
-        There is another run.
-    """
+def conclude(plan: Plan[Any], folder: RunFolder) -> None:
+    """Judge the claims, and write ``outcomes.csv``, ``counts.csv``, ``NAME.json`` and ``NAME.svg``."""
     from experiments.draw import style  # not before: workers do without matplotlib
     from experiments.draw import sweep as report
 
-    with pool.running():
-        result = play(plan, out, pool)
-    files, name = Files(out), plan.study.name
-    files.write_rows("outcomes.csv", result.table.to_dicts())
-    files.write_rows("counts.csv", [*result.counts.to_dicts(), *result.numbers.to_dicts()])
-    files.write_json(f"{name}.json", result.described())
-    if plan.claims or plan.axes:
-        style.save(report.draw(result), out / name)
-    return result
+    result = read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
+    described, name = result.described(), plan.name
+    folder.write_rows("outcomes.csv", result.table.to_dicts())
+    folder.write_rows("counts.csv", [*described["counts"], *described["numbers"]])
+    folder.write_json(f"{name}.json", described)
+    if result.claims or result.axes:
+        style.save(report.draw(described), folder.folder / name)
+
+
+# Reading it.
+
+
+def described(run: Run) -> Mapping[str, Any]:
+    """Return a run of a sweep as its ``NAME.json`` has it; `UsageError` where it is not finished."""
+    path = run.folder / f"{run.name}.json"
+    if not path.is_file():
+        raise UsageError(f"{run.folder}: no {path.name} there: the sweep is not finished")
+    content: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
+
+
+def draw(run: Run) -> Figure:
+    """Draw the figure of a sweep, from its folder alone."""
+    from experiments.draw import sweep as report  # not before: matplotlib takes its time to load
+
+    return report.draw(described(run))
+
+
+def show(run: Run) -> None:
+    """Print a sweep, from its folder alone, and where its files are."""
+    from experiments.draw import sweep as report  # not before: matplotlib takes its time to load
+
+    report.show(described(run))
+    show_places({"figure": run.folder / f"{run.name}.png", "table": run.folder / "counts.csv"})
+
+
+KIND = Kind(plan, concluding(conclude), draw, show, summary="counts.csv")

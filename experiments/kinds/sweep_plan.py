@@ -20,10 +20,11 @@ from experiments.declare.experiment import Experiment
 from experiments.declare.study import Levels, Study
 from experiments.judge import measures as measuring
 from experiments.judge.replicates import MODEL
+from experiments.judge.sweep import EVERY_MODEL, Share, Sweep
 from experiments.kinds import registry, trials
 from experiments.kinds.registry import asked_models, find_claim
-from experiments.kinds.sweep import EVERY_MODEL, Share, Sweep
 from experiments.kinds.tables import NAMES
+from experiments.settings.apparatus import sections
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
@@ -32,6 +33,7 @@ from experiments.show import clips
 from experiments.show.robot import trials_of
 from experiments.show.trial_rows import TRIAL_SCHEMA
 from experiments.store import provenance
+from experiments.store.asked import Asked
 from scenes.hints import nearest
 
 
@@ -66,13 +68,17 @@ def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]
 
 def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[str]) -> Part:
     """Return an experiment with the robot, shown to models, as a part of a sweep."""
-    assignments = _applying(study.assignments, trials.sections(declared, models))
-    whole = trials.plan(declared, models, assignments, study.repeats, seed)
-    settings, repeats = whole.description["settings"], whole.description["repeats"]
+    assignments = _applying(study.assignments, sections(declared, models))
+    asked = Asked(
+        kind="trials", values=dict(text.split("=", 1) for text in assignments), repeats=study.repeats, seed=seed
+    )
+    whole, settings, repeats = trials.checked(declared, models, asked)
+    number = len(whole.conditions()) * repeats
+    resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
 
     def render(over: Mapping[str, str]) -> Any:
-        texts = [*assignments, *(f"{key}={value}" for key, value in over.items())]
-        experiment, moved, _ = trials.checked(declared, models, texts, repeats, seed)
+        point = dataclasses.replace(asked, values={**asked.values, **over})
+        experiment, moved, _ = trials.checked(declared, models, point)
 
         def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
             found = trials_of(experiment, dataclasses.replace(moved, models=shown), repeats, seed + replicate)
@@ -81,9 +87,8 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
         return experiment.conditions(), specs
 
     base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
-            "experiment": whole.description["experiment"].design}  # fmt: skip
-    described = {**whole.description, "changed": whole.parameters}
-    return Part(whole.description["experiment"], settings.models, base, repeats, render, described)
+            "experiment": whole.design}  # fmt: skip
+    return Part(whole, settings.models, base, repeats, render, {**resolved, "changed": changed})
 
 
 def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Collection[str] | None) -> Part:
@@ -198,10 +203,11 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     variants = {model.label: model for spec in specs for model in spec.models}
     files = [path for part in parts for path in part.described["files"]]
     sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
+    repeats = [part.repeats for part in parts]
     changes = {key: value for part in parts for key, value in part.described["changed"].items()}
-    description = {
-        **parts[0].described, "kind": "sweep", "experiments": [part.declared for part in parts],
-        "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
+    resolved = {
+        **parts[0].described, "experiments": [part.declared for part in parts],
+        "repeats": repeats, "replicates": study.replicates, "seed": seed,
         "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters, "axes": axes,
         "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
         "measures": [{"name": name, "unit": measuring.UNITS.get(name, ""), "experiment": place}
@@ -209,7 +215,7 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
-    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, description, parameters)
+    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, repeats, resolved, parameters)
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:

@@ -9,6 +9,21 @@ import importlib
 from collections.abc import Mapping
 from typing import Any
 
+KINDS: Mapping[str, str] = {
+    "trials": "experiments.kinds.trials:KIND",
+    "clips": "experiments.kinds.clips:KIND",
+    "episodes": "experiments.kinds.episodes:KIND",
+    "watch": "experiments.kinds.footage:KIND",
+    "measured": "experiments.kinds.log:KIND",
+    "tuning": "experiments.kinds.tuning:KIND",
+    "sweep": "experiments.kinds.sweep:KIND",
+    "fit": "experiments.kinds.fit:KIND",
+    "training": "experiments.kinds.training:KIND",
+    "leaderboard": "experiments.paper.boards:KIND",
+    "reproduction": "experiments.paper.reproduce:KIND",
+}
+"""Kind of run, as ``run.json`` has it -> its `experiments.kinds.kind.Kind`."""
+
 NAMES = (
     "general", "speed", "distance", "angular-approach", "angular-recession", "contrast", "clutter", "egomotion",
     "ensembles", "distance-mechanism", "approach-mechanism", "recession-mechanism", "speed-steps",

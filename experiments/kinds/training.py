@@ -23,7 +23,7 @@ from threadpoolctl import threadpool_limits
 import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.reference import reference_hash
 from experiments.base import interrupts
-from experiments.base.console import count, progress
+from experiments.base.console import count, progress, show_files
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.base.streams import stream
@@ -41,11 +41,14 @@ from experiments.declare.behaviour import (
 )  # fmt: skip
 from experiments.judge.scores import SUMMARY
 from experiments.judge.tests import Score
-from experiments.kinds import episodes as behave
-from experiments.kinds.result import Run
+from experiments.kinds import episodes
+from experiments.kinds.kind import Kind
+from experiments.kinds.result import Run, load
 from experiments.settings.settings import check_counts
 from experiments.show.episodes import env_id, short_name
+from experiments.store.asked import Asked
 from experiments.store.description import begun
+from experiments.store.plan import Plan, filled
 from experiments.store.provenance import versions
 from experiments.store.workers import Workers, without_interrupts
 
@@ -61,6 +64,8 @@ JUDGED = 20
 """Episodes that a policy and each of its opponents are judged by, in worlds that none was trained in."""
 ROLLOUT = 256
 """Steps of each env between two updates of a network in training, and the size of a minibatch."""
+STEPS = 40_960
+"""Steps of all envs together, where none are asked for."""
 WORLDS, WORLDS_A_SEED = 2**32, 2**10
 """The first seed of the worlds that are trained in, and their number for each training seed."""
 CUT, RESAMPLES = 0.25, 50_000
@@ -174,46 +179,41 @@ def exported(model: PPO, policy: TrainedPolicy) -> TrainedPolicy:
 # --- several training seeds -------------------------------------------------------------------------------------------
 
 
-def plan(env: str, steps: int, seed: int, envs: int, seeds: int, assignments: Sequence[str]) -> list[TrainedPolicy]:
-    """Return the policies to train, their steps rounded up as PPO does; `UsageError` where that is wrong."""
-    check_counts(seed, seeds, "--seeds")
-    where = env_id(env)
-    if where not in OPPONENTS:
-        raise UsageError(f"--env {env}: a policy learns Optomotor or Fixation")
-    for text in assignments:
-        if text.partition("=")[0].partition(".")[0] not in TRAINED_UNDER:
-            raise UsageError(f"--set {text}: a training may change {', '.join(TRAINED_UNDER)}")
-    options, rollout = behave.env_options(where, assignments), ROLLOUT * envs
-    whole = -(-steps // rollout) * rollout
-    return [TrainedPolicy(where, one, whole, envs, options=options) for one in range(seed, seed + seeds)]
-
-
-def described(policies: Sequence[TrainedPolicy]) -> str:
-    """Return what is trained, in words."""
-    first, n = policies[0], count(len(policies), "training seed")
-    return f"{short_name(first.env)}: {n} of {first.steps:,} steps, {JUDGED} episodes each"
-
-
-def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple[Run, pl.DataFrame]:
-    """Train the policies that a folder lacks, then judge all and their opponents in worlds that none was trained in.
-
-    Eye, wheels and randomisation are those of the training.
+def plan(asked: Asked) -> Plan[Any]:
+    """Return the plan of a training: the policies, their steps rounded up as PPO does.
 
     Parameters
     ----------
-    policies
-        From `plan`.
-    folder
-        A new one, or one that has a part of this training.
-    pool
-        Where the episodes are played.
+    asked
+        What was asked for: the env, and its arguments as values. Its options are ``steps``, ``envs`` and ``seeds``, the
+        number of training seeds from the seed of the run up.
 
-    Returns
-    -------
-    Run
-        What all policies and their opponents did.
-    polars.DataFrame
-        Its summary; of several training seeds `together`, which is written to ``policies.csv``.
+    Raises
+    ------
+    UsageError
+        It cannot be trained so.
+    """
+    seeds, envs = asked.option("seeds", 1), asked.option("envs", 8)
+    check_counts(asked.seed, seeds, "--seeds")
+    where = env_id(asked.what[0])
+    if where not in OPPONENTS:
+        raise UsageError(f"--env {asked.what[0]}: a policy learns Optomotor or Fixation")
+    for key, value in asked.values.items():
+        if key.partition(".")[0] not in TRAINED_UNDER:
+            raise UsageError(f"--set {key}={value}: a training may change {', '.join(TRAINED_UNDER)}")
+    options, rollout = episodes.env_options(where, asked.values), ROLLOUT * envs
+    whole = -(-asked.option("steps", STEPS) // rollout) * rollout
+    policies = tuple(
+        TrainedPolicy(where, one, whole, envs, options=options) for one in range(asked.seed, asked.seed + seeds)
+    )
+    return Plan(asked, "train", declared=policies)
+
+
+def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
+    """Train the policies that a folder lacks, then judge all and their opponents in worlds that none was trained in.
+
+    Eye, wheels and randomisation are those of the training. Of several training seeds `together` is written to
+    ``policies.csv``.
 
     Raises
     ------
@@ -222,7 +222,8 @@ def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple
     ImportError
         The extra is not installed.
     """
-    files, first = [folder / f"policy-{policy.seed}{ENDING}" for policy in policies], policies[0]
+    policies: Sequence[TrainedPolicy] = plan.declared
+    files, first = [out / f"policy-{policy.seed}{ENDING}" for policy in policies], policies[0]
     missing = []
     for policy, file in zip(policies, files, strict=True):
         if not file.exists():
@@ -230,25 +231,50 @@ def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple
         elif replace(load_policy(file), versions={}) != policy:
             raise UsageError(f"{file}: it is of another training; choose another --out")
     if missing:
-        if begun(folder):
-            raise UsageError(f"--out {folder}: its policies are judged already; choose another")
+        if begun(out):
+            raise UsageError(f"--out {out}: its policies are judged already; choose another")
         require_training()
     for policy, file in missing:
         name, rounds = f"training seed {policy.seed}", policy.steps // policy.envs
         with interrupts.once(), progress(name, rounds, pool.quiet, "steps of each env") as advance:
             trained, curve = train(policy, advance)
-            folder.mkdir(parents=True, exist_ok=True)
-            curve.write_csv(folder / f"learning-{policy.seed}.csv")
+            out.mkdir(parents=True, exist_ok=True)
+            curve.write_csv(out / f"learning-{policy.seed}.csv")
             trained.save(file)
-    names = (*(str(file.resolve()) for file in files), *OPPONENTS[first.env])
-    judged = behave.episodes(names, first.env, first.options, JUDGED, 0)
-    with pool.running():
-        report = behave.run(judged, folder, pool)
-    if len(policies) == 1 or not report.done:
-        return report, report.summary if report.done else pl.DataFrame()
-    table = together(report.summary, pl.col("behaviour").is_in([file.stem for file in files]), first.seed)
-    Files(folder).write_rows("policies.csv", table.to_dicts())
-    return report, table
+    judged = _judging(plan, files)
+    with pool.running(), filled(judged, out, pool) as folder:
+        episodes.conclude(judged, folder)
+    report = load(out)
+    if len(policies) > 1 and report.done:
+        table = together(report.summary, pl.col("behaviour").is_in([file.stem for file in files]), first.seed)
+        Files(out).write_rows("policies.csv", table.to_dicts())
+
+
+def _judging(plan: Plan[Any], files: Sequence[Path]) -> Plan[Any]:
+    """Return the plan of the episodes that judge policies, which is that of the training's folder."""
+    first = plan.declared[0]
+    asked = Asked(
+        kind="episodes", what=(*(str(file.resolve()) for file in files), *OPPONENTS[first.env]), values=first.options,
+        repeats=JUDGED, options={"env": first.env, "baselines": False},
+    )  # fmt: skip
+    judged = episodes.plan(asked)
+    trained = {"seeds": len(plan.declared), "steps": first.steps, "envs": first.envs}
+    return replace(judged, asked=plan.asked, resolved={**judged.resolved, "training": trained})
+
+
+def show(run: Run) -> None:
+    """Print what policies and their opponents did; of several training seeds the policies in one row."""
+    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
+
+    if not run.done:
+        return
+    trained = run.description["training"]
+    seeds = count(trained["seeds"], "training seed")
+    title = f"{short_name(run.description['env'])}: {seeds} of {trained['steps']:,} steps, {JUDGED} episodes each"
+    several = (run.folder / "policies.csv").is_file()
+    table = pl.read_csv(run.folder / "policies.csv", schema=SUMMARY) if several else run.summary
+    behaviours.show(table, f"{title}. {OF_SEEDS}" if several else title)
+    show_files(run.folder, seeds)
 
 
 def require_training() -> None:
@@ -295,3 +321,6 @@ def interquartile_mean(scores: npt.ArrayLike, seed: int) -> Score:
         (values,), middle, n_resamples=RESAMPLES, method="percentile", rng=stream("bootstrap.training", seed)
     ).confidence_interval
     return Score(float(middle(values)), float(ends.low), float(ends.high), values.size)
+
+
+KIND = Kind(plan, work, episodes.draw, show, renders=None)

@@ -1,152 +1,121 @@
-"""Trials with the robot: plan an experiment's trials, play them into a run's folder, and conclude."""
+"""Trials with the robot: plan an experiment's trials, and conclude, draw and show a run of them."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import combinations
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import polars as pl
 from pydantic import ValidationError
 
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
-from experiments.base.errors import UsageError, as_usage_error
+from experiments.base import console
+from experiments.base.console import count, out_console, show_files
+from experiments.base.errors import UsageError, check_known
 from experiments.declare.conditions import CONDITION_COLUMNS, SCRIPTED
-from experiments.declare.experiment import Design, Experiment
+from experiments.declare.experiment import Experiment
+from experiments.draw.terminal import show_silent, show_verdicts
 from experiments.judge import stored
-from experiments.judge.judge import judge
+from experiments.judge.judge import flaws, judge
 from experiments.judge.tests import summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
+from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
+from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
-from experiments.settings.models import ConfiguredModel, look_up
-from experiments.settings.parameters import Parameters, differing
-from experiments.settings.pictures import Pictures, digests
-from experiments.settings.settings import Settings, applied, changed, check_counts, collect
-from experiments.settings.settings import assignments as of_mapping
+from experiments.settings.apparatus import changes, configure
+from experiments.settings.models import ConfiguredModel, shown_models
+from experiments.settings.parameters import Parameters
+from experiments.settings.pictures import Pictures, digests, folder_pictures
+from experiments.settings.settings import Settings, assignments, check_counts
 from experiments.show import course
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE, RobotTrial, camera, trials_of
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable, varying
 from experiments.store import provenance
+from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
 from experiments.store.folder import RunFolder
-from experiments.store.runs import Batch
-from experiments.store.tables import TrialRecord, drawn_here
-from experiments.store.workers import Workers
+from experiments.store.plan import Plan
+from experiments.store.tables import RESPONSES, TrialRecord, drawn_here
+from scenes import arena_name
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 QUANTITIES = (
     "spikes", "firing_rate_hz", "peak_hs", "trough_hs", "peak_vs", "achieved_speed_cm_s", "path_error_mm", "drift_mm",
     "seconds_in_view", "spikes_in_view", "rate_in_view_hz", "mean_hs_in_view", "mean_hs_near_axis", "spikes_in_window",
     "spikes_in_inner_window",
 )  # fmt: skip
-
-SIGNED = ("peak_hs", "trough_hs", "peak_vs", "drift_mm", "mean_hs_in_view", "mean_hs_near_axis")
+NEGATIVE = ("peak_hs", "trough_hs", "peak_vs", "drift_mm", "mean_hs_in_view", "mean_hs_near_axis")
 """Those of them that can be negative: of the others no interval goes below 0."""
+SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "peak_hs": ("mean",),
+         "trough_hs": ("mean",), "peak_looming": ("mean",)}  # fmt: skip
+"""Quantities that the table of a run has, as far as its models have them -> their columns of the summary; a mean has
+the name of its quantity."""
 
 
-FILES = ("scene.arena", "scene.wall", "scene.shell_picture")
-"""Parameters that may be paths: tables and titles have the names of the files, as these may be moved."""
+# What is run.
 
 
-def changes(
-    experiment: Experiment, settings: Settings, declared: Design, pictures: Pictures | None = None
-) -> Parameters:
-    """Return the parameters that are not at their defaults, by key and model; files by their names alone.
+def plan(asked: Asked) -> Plan[RobotTrial]:
+    """Return the plan of an experiment's trials.
 
-    The wall of ``pictures`` is no parameter.
-    """
-    usual = dataclasses.replace(usual_scene(experiment), wall=settings.scene.wall if pictures else "")
-    others = {
-        "robot": (RobotConfig(), settings.robot),
-        "camera": (CameraConfig(), settings.camera),
-        "scene": (usual, settings.scene),
-        "experiment": (declared, experiment.design),
-    }
-    return {
-        key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
-        for key, values in differing(settings.models, others=others).items()
-    }
+    Parameters
+    ----------
+    asked
+        What was asked for. Its options are ``eyes``, ``one`` or ``both``: each model sees through the model of the
+        robot's eye too; ``pictures``, the folder of a user's own, of which the arena's wall has the first;
+        ``recordings`` and ``frames``, whether to keep these.
 
-
-def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
-    """Section name -> its default value: each model under its family's name, the apparatus, then the design.
-
-    Models of one family with the same parameters (``dsnn``, ``dsnn-reference``) share a section: the first one's
-    defaults.
-    """
-    models_shown = look_up(models)
-    applied(models_shown, {})  # what is asked of them has to be legal too
-    table: dict[str, Any] = {}
-    for model in models_shown:
-        table.setdefault(model.section, model.network)
-    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
-    return table if experiment is None else {**table, "experiment": experiment.design}
-
-
-def usual_scene(experiment: Experiment | None) -> SceneConfig:
-    """Return the scene that trials have where ``--set`` says nothing: the default one, in the experiment's arena.
+    Returns
+    -------
+    Plan
+        The trials, with the experiment under its settings as what is declared.
 
     Raises
     ------
     UsageError
-        The experiment's arena is unknown.
+        It cannot be run so.
     """
-    if experiment is None or not experiment.arena:
-        return SceneConfig()
-    with as_usage_error(f"experiment {experiment.name}: "):
-        return SceneConfig(arena=known_arena(experiment.arena))
-
-
-def configure(experiment: Experiment, models: Sequence[str], assignments: Iterable[str]) -> tuple[Experiment, Settings]:
-    """Apply ``SECTION.NAME=VALUE`` texts; raises `UsageError` naming the value, its range and its origin."""
-    values = sections(experiment, models)
-    collected = collect([*of_mapping(experiment.settings), *assignments], values)
-    chosen = applied(look_up(models), collected)
-    robot, camera, scene, design = (
-        changed(section, values[section], collected.get(section, {}))
-        for section in ("robot", "camera", "scene", "experiment")
-    )
-    settings = Settings(chosen, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
-    with as_usage_error("--set: "):
-        return dataclasses.replace(experiment, design=design), settings
+    experiment: Experiment = registry.declaration(asked)
+    folder, eyes = asked.option("pictures"), asked.option("eyes", "one")
+    check_known("--eyes", eyes, ("one", "both"))
+    pictures = folder_pictures(folder) if folder else None
+    models = shown_models(experiment.models, asked.models, asked.only)
+    whole, settings, repeats = checked(experiment, models, asked, pictures)
+    settings = both_eyes(settings) if eyes == "both" else settings
+    return _planned(asked, experiment, whole, settings, repeats, pictures)
 
 
 def checked(
-    experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int,
-    pictures: Pictures | None = None,
-) -> tuple[Experiment, Settings, int]:  # fmt: skip
-    """Check what a person typed; return the experiment and its settings with the values set, and the repeats.
+    experiment: Experiment, models: Sequence[str], asked: Asked, pictures: Pictures | None = None
+) -> tuple[Experiment, Settings, int]:
+    """Check what was asked of an experiment, and apply it.
 
-    The wall of the arena has the first of the ``pictures``, as a run is replicate 0. Raises `UsageError` for what
-    cannot be run.
+    Returns
+    -------
+    experiment, settings, repeats
+        The experiment with the design that was asked for, the settings of its trials, and trials of each condition.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
     """
-    count = experiment.repeats if repeats is None else repeats
-    whole, settings = configure(experiment, models, assignments)
+    repeats = experiment.repeats if asked.repeats is None else asked.repeats
+    whole, settings = configure(experiment, models, assignments(asked.values))
     if pictures and settings.scene.wall:
         raise UsageError(f"--set scene.wall={settings.scene.wall}: --pictures sets the wall; give one of them")
-    if pictures:
+    if pictures:  # a run is replicate 0
         settings = dataclasses.replace(settings, scene=dataclasses.replace(settings.scene, wall=pictures[0]))
-    check_counts(seed, count, f"{experiment.name}: repeats" if repeats is None else "--repeats")
+    check_counts(asked.seed, repeats, f"{experiment.name}: repeats" if asked.repeats is None else "--repeats")
     course.check(whole.conditions(), settings)
-    return whole, settings, count
-
-
-def plan(
-    experiment: Experiment, models: Sequence[str], assignments: Iterable[str], repeats: int | None, seed: int,
-    pictures: Pictures | None = None, *, both: bool = False,
-) -> Batch[RobotTrial]:  # fmt: skip
-    """Return an experiment's trials as a batch, from what a person typed.
-
-    With ``both``, each model sees through the model of the robot's eye too. Raises `UsageError` for what cannot be run.
-    """
-    whole, settings, count = checked(experiment, models, assignments, repeats, seed, pictures)
-    settings = both_eyes(settings) if both else settings
-    return batch(whole, settings, count, seed, experiment.design, pictures)
+    return whole, settings, repeats
 
 
 def both_eyes(settings: Settings) -> Settings:
@@ -178,29 +147,48 @@ def work(trial: RobotTrial, *, recordings: bool = False, frames: bool = False) -
     return drawn_here(play(trial, record, frames=frames, maps=True))
 
 
-def batch(
-    experiment: Experiment, settings: Settings, repeats: int, seed: int, declared: Design,
-    pictures: Pictures | None = None,
-) -> Batch[RobotTrial]:  # fmt: skip
-    """Return checked trials as a batch, which keeps neither frames nor recordings.
+def _planned(
+    asked: Asked, declared: Experiment, experiment: Experiment, settings: Settings, repeats: int,
+    pictures: Pictures | None,
+) -> Plan[RobotTrial]:  # fmt: skip
+    """Return the plan of checked trials; ``declared`` is the experiment before ``--set`` changed its design."""
+    trials, recordings = trials_of(experiment, settings, repeats, asked.seed), bool(asked.option("recordings", True))
+    resolved, changed = resolve(asked, declared, experiment, settings, repeats, len(trials), pictures)
+    return Plan(
+        asked, experiment.name, trials, partial(work, recordings=recordings, frames=bool(asked.option("frames", True))),
+        {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, FRAME_SCHEMA), experiment, settings.models, changed,
+    )  # fmt: skip
 
-    ``declared`` is the experiment's design before ``--set`` changed it. Where ``changed`` is in the description, it has
-    the parameters that are not at their defaults.
+
+def resolve(
+    asked: Asked, declared: Experiment, experiment: Experiment, settings: Settings, repeats: int, number: int,
+    pictures: Pictures | None = None,
+) -> tuple[dict[str, Any], Parameters]:  # fmt: skip
+    """Return what ``run.json`` has of checked trials, and the parameters that are not at their defaults.
+
+    Parameters
+    ----------
+    asked
+        What was asked for.
+    declared, experiment
+        The experiment before and after ``--set`` changed its design.
+    settings, repeats, number
+        Settings of the trials, trials of each condition, and of all.
+    pictures
+        A user's own, of which the arena's wall has the first.
     """
     scene = dataclasses.replace(settings.scene, wall="") if pictures else settings.scene  # they are noted apart
-    changed = changes(experiment, settings, declared, pictures)
-    specs = trials_of(experiment, settings, repeats, seed)
+    changed = changes(experiment, settings, declared.design, pictures)
     paths = {  # of conditions of one's own: rows have no column for them
         condition.label(): {name: getattr(condition, name) for name in SCRIPTED if name != "hand" or condition.hand}
         for condition in experiment.conditions()
         if condition.path is not None or condition.hand is not None
     }
-    description = {
-        "kind": "trials",
+    return {
         "experiment": experiment,
         "repeats": repeats,
-        "seed": seed,
-        "trials": len(specs),
+        "seed": asked.seed,
+        "trials": number,
         "settings": settings,
         **({"paths": paths} if paths else {}),
         **({"pictures": digests(pictures)} if pictures else {}),
@@ -208,60 +196,29 @@ def batch(
         THRESHOLDS: {model.label: model.thresholds for model in settings.models},
         "recordings": False,
         **provenance.of([*(model.source for model in settings.models), *course.files(scene)], experiment),
-    }
-    schemas = TRIAL_SCHEMA, FRAME_SCHEMA
-    return Batch(experiment.name, specs, work, description, schemas, parameters=changed)
+    }, changed
 
 
-def run(trials: Batch[RobotTrial], out: Path, pool: Workers, *, recordings: bool) -> Run:
-    """Run trials, judge and draw.
-
-    Parameters
-    ----------
-    trials
-        From `plan`.
-    out
-        The run's folder: a new one, or one that holds a part of this run.
-    pool
-        Where the trials are played.
-    recordings
-        Whether to record each trial for Rerun.
-
-    Returns
-    -------
-    Run
-        The run as its files have it.
-    """
-    playing = partial(work, recordings=recordings, frames=True)
-    trials = dataclasses.replace(trials, work=playing, description={**trials.description, "recordings": recordings})
-    with trials.run(out, pool) as folder:
-        return conclude(trials.description, folder)
+# What it comes to.
 
 
-def conclude(description: Mapping[str, Any], folder: RunFolder) -> Run:
-    """Judge the claims of the trials in ``folder``, of a batch's description, and write verdicts, summary and figure.
-
-    Returns
-    -------
-    Run
-        The run as its files have it.
-    """
-    experiment, models = description["experiment"], description["settings"].models
+def conclude(plan: Plan[Any], folder: RunFolder) -> None:
+    """Judge the claims of the trials in ``folder``, and write verdicts, summary, tests between models and figure."""
+    experiment, models = plan.declared, plan.models
     rows = folder.table("trials").to_dicts()
     folder.write_json("claims.json", stored.document(_verdicts(experiment, models, rows, folder.failures())))
     run = load(folder.folder)
     if not rows:
-        return run
+        return
     from experiments.draw import style  # not before: workers do without matplotlib
 
     whole = whole_networks(run)
-    folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, SIGNED))
+    folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, NEGATIVE))
     if compared := compare(whole, models[0].label if len(experiment.models) > 1 else ""):
         folder.write_rows("comparisons.csv", compared)
     if run.excitations.height:
         folder.write_rows("excitation.csv", run.excitations.to_dicts())
     style.save(run.figure(), folder.folder / "figure")
-    return run
 
 
 def _verdicts(
@@ -308,3 +265,58 @@ def compare(rows: Sequence[Any], reference: str = "") -> list[dict[str, Any]]:
         for row in tested(chosen, chosen, pair, CONDITION_COLUMNS, "trial")  # one may have failed in some
     ]
     return corrected(found, COMPARISONS).to_dicts()
+
+
+# Reading it.
+
+
+def draw(run: Run) -> Figure:
+    """Draw the figure of a run of trials, from its folder alone."""
+    from experiments.draw import robot  # not before: matplotlib takes its time to load
+
+    described, rows = run.description, run.trials.to_dicts()
+    declared, settings = described["experiment"], described["settings"]
+    title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, described.get("changed") or {},
+                        open_loop=settings["robot"]["open_loop"])  # fmt: skip
+    return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
+                      run.thresholds, title, run.excitations)  # fmt: skip
+
+
+def show(run: Run) -> None:
+    """Print what a run comes to: its table, the verdicts, tests between models, and where everything is."""
+    rows = whole_networks(run)
+    models = {row["model"] for row in rows}
+    varies = varying(rows, run.description["experiment"]["varies"])
+    if rows:
+        console.show(_table(run, models, varies))
+    out_console.print()
+    named = len(models | {verdict.model for verdict in run.verdicts if verdict.model}) > 1
+    show_verdicts(run.verdicts, model=named, provenance=run.provenance if run.measured else "")
+    for model in sorted(models):
+        if (own := model.removesuffix("@frames")) in models - {model}:
+            robot, shown = (run.frames.filter(model=name) for name in (own, model))
+            logged = [name for name in RESPONSES if not robot[name].has_nulls()]
+            equal = robot.join(shown, on=["trial", "frame", *logged]).height
+            out_console.print(f"{own}, {model}: {equal} of {robot.height} frames have equal responses")
+    show_silent(rows)
+    if rows and run.comparisons.height:
+        names = [name for name in varies if name != "model"]
+        columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
+        title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
+        console.show(run.comparisons.select(columns), title)
+    if rows and (beware := flaws(run.trials.to_dicts())):
+        out_console.print(f"\nbeware: {beware}", style="red")
+    show_files(run.folder, count(len({row["trial"] for row in rows}), "trial"))
+
+
+def _table(run: Run, models: set[str], varies: Sequence[str]) -> pl.DataFrame:
+    """Return the table that is printed: a row per condition and model, with means of what its models have."""
+    keys, shown = ["model", *CONDITION_COLUMNS], run.summary.filter(pl.col("model").is_in([*models]))
+    known = [name for name in SHOWN if name in shown["quantity"]]
+    values = [pl.col(column).filter(quantity=name).first().alias(name if column == "mean" else column)
+              for name in known for column in SHOWN[name]]  # fmt: skip
+    table = shown.group_by(keys, maintain_order=True).agg(pl.col("n").max(), *values)
+    return table.select(*varies, "n", *table.columns[len(keys) + 1 :])
+
+
+KIND = Kind(plan, concluding(conclude), draw, show)

@@ -8,25 +8,32 @@ have 99x72 px, through the robot's lens, and so has the disc that looms, recedes
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
 
 from dsnn.stimuli.looming import Looming
+from experiments.base.console import count, show_files
 from experiments.base.errors import UsageError, check_known
 from experiments.declare.clip import Clip
 from experiments.judge import curves
-from experiments.settings import settings
+from experiments.kinds.kind import Kind, concluding
+from experiments.kinds.result import Run
+from experiments.settings.models import COMPARED, shown_models
 from experiments.settings.parameters import differing
+from experiments.settings.settings import assignments, check_counts, watchers
 from experiments.show.clips import TRIALS, ClipTrial
-from experiments.show.play import FRAMES, Trial, play
+from experiments.show.play import FRAMES, play
 from experiments.store import provenance
-from experiments.store.runs import Batch
-from experiments.store.workers import Workers
+from experiments.store.asked import Asked
+from experiments.store.folder import RunFolder
+from experiments.store.plan import Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 EXPERIMENT = "tuning"
 FRAME: dict[str, Any] = {"rows": 108, "columns": 144, "rest_s": 0.2}
@@ -106,68 +113,65 @@ def clips() -> Iterator[tuple[Clip, Row]]:
         yield shown_at("disc", line, f"{line} {s:g} s", "looming", s, l_over_v_s=s, motion=motion, **DISC)
 
 
-Job = tuple[Row, Trial]
-"""A point of a curve, and its clip as a trial of the models that it is shown to."""
+# What is run.
 
 
-def plan(models: Sequence[str], names: Sequence[str], assignments: Iterable[str], seed: int) -> list[Job]:
-    """Return the clips of the curves that are named, or of all, checked; `UsageError` for what cannot be run."""
-    settings.check_counts(seed)
+def plan(asked: Asked) -> Plan[ClipTrial]:
+    """Return the plan of tuning curves; `UsageError` for what cannot be run.
+
+    Parameters
+    ----------
+    asked
+        What was asked for. Its option is ``curves``: the curves' names, otherwise all.
+    """
+    names = tuple(asked.option("curves", ()))
+    check_counts(asked.seed)
     for name in names:
         check_known("--curve", name, CURVES)
-    chosen, _ = settings.watchers(models, assignments)
+    chosen, _ = watchers(shown_models(COMPARED, asked.models, asked.only), assignments(asked.values))
     looming = tuple(model for model in chosen if "looming" in model.channels)
-    jobs: list[Job] = []
+    points, trials = list[Row](), list[ClipTrial]()
     for clip, point in clips():
         watching, repeat = looming if "l_over_v_s" in point else chosen, point["repeat"]
         if watching and (not names or point["curve"] in names):
-            jobs.append((point, ClipTrial(EXPERIMENT, len(jobs), repeat, seed + repeat, clip, watching)))
-    if not jobs:
+            points.append(point)
+            trials.append(ClipTrial(EXPERIMENT, len(trials), repeat, asked.seed + repeat, clip, watching))
+    if not trials:
         raise UsageError(f"--curve {names[0]}: no model shown has a looming potential; add one by --model")
-    return jobs
-
-
-def run(
-    shown: Sequence[Job], out: Path, pool: Workers
-) -> tuple[pl.DataFrame, list[dict[str, Any]], list[dict[str, Any]]]:
-    """Show the clips that the folder ``out`` lacks; write ``tuning.csv``, ``preferences.csv`` and a figure a curve.
-
-    Returns
-    -------
-    points, preferences, failures
-        A table of `curves.points_schema`, the `preferences` of each model, and what failed.
-    """
-    from experiments.draw import (
-        style,  # not before: workers do without matplotlib
-        tuning,
-    )
-
-    trials, names = [trial for _, trial in shown], list(dict.fromkeys(point["curve"] for point, _ in shown))
     models, seed = trials[0].models, trials[0].seed  # approaches, which fewer models see, come last
     changed = differing(models, offline=True)
-    description = {
-        "kind": "tuning", "experiment": EXPERIMENT, "seed": seed, "trials": len(trials), "models": models,
-        "changed": changed, "curves": names, **provenance.of([model.source for model in models]),
+    resolved = {
+        "experiment": EXPERIMENT, "seed": seed, "trials": len(trials), "models": models,
+        "changed": changed, "curves": list(dict.fromkeys(point["curve"] for point in points)),
+        **provenance.of([model.source for model in models]),
     }  # fmt: skip
-    batch = Batch(EXPERIMENT, trials, play, description, (TRIALS, FRAMES), changed, "clips")
-    with batch.run(out, pool) as folder:
-        failures = folder.failures()
-        points = responses(shown, folder.table("frames"))
-        rows = [preferences(points, m.label, m.channels) for m in models if m.label in points["model"]]
-        if rows:
-            folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())
-            folder.write_rows("preferences.csv", pl.DataFrame(rows, infer_schema_length=None).drop(RANGES).to_dicts())
-        for name in names:
-            if len(own := points.filter(curve=name)):
-                style.save(tuning.draw(own, CURVES[name], changed), out / name)
-    return points, rows, failures
+    return Plan(
+        asked, EXPERIMENT, trials, play, resolved, (TRIALS, FRAMES), tuple(points), models, changed, "clips"
+    )  # fmt: skip
 
 
-def responses(shown: Sequence[Job], frames: pl.DataFrame) -> pl.DataFrame:
+# What it comes to.
+
+
+def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
+    """Write ``tuning.csv``, ``preferences.csv`` and a figure for each curve."""
+    from experiments.draw import style, tuning  # not before: workers do without matplotlib
+
+    points = responses(plan, folder.table("frames"))
+    rows = [preferences(points, m.label, m.channels) for m in plan.models if m.label in points["model"]]
+    if rows:
+        folder.write_rows("tuning.csv", points.drop("x", "y").to_dicts())
+        folder.write_rows("preferences.csv", pl.DataFrame(rows, infer_schema_length=None).drop(RANGES).to_dicts())
+    for name in dict.fromkeys(point["curve"] for point in plan.declared):
+        if len(own := points.filter(curve=name)):
+            style.save(tuning.draw(own, CURVES[name], plan.parameters), folder.folder / name)
+
+
+def responses(plan: Plan[ClipTrial], frames: pl.DataFrame) -> pl.DataFrame:
     """Return the points (`curves.points_schema`) of the clips whose ``frames`` are there, by clip, then model."""
     potentials = frames.partition_by("trial", "model", as_dict=True)
     rows = []
-    for point, trial in shown:
+    for point, trial in zip(plan.declared, plan.trials, strict=True):
         clip = trial.condition.build(trial.seed)
         moving = np.flatnonzero([frame.truth.motion != "still" for frame in clip])
         contact_s = clip.contact_s() if isinstance(clip, Looming) else None
@@ -255,3 +259,23 @@ def prefers_looming(own: pl.DataFrame, value: str) -> float | None:
         return None
     others = np.maximum(discs[RECEDES].to_numpy(), discs[CROSSES].to_numpy())
     return float(np.mean(curves.PLATEAU * discs[LOOMS].to_numpy() > others))
+
+
+# Reading it.
+
+
+def draw(run: Run) -> Figure:
+    """Refuse one figure: a run has one for each curve."""
+    raise UsageError(f"{run.folder}: a run of tuning curves has a figure for each curve; see the pictures there")
+
+
+def show(run: Run) -> None:
+    """Print what each model prefers, and where everything is."""
+    from experiments.draw import tuning  # not before: matplotlib takes its time to load
+
+    if run.done and (run.folder / "preferences.csv").is_file():
+        tuning.show(run.summary)
+    show_files(run.folder, count(len(run.models), "model"))
+
+
+KIND = Kind(plan, concluding(conclude), draw, show, renders=False, summary="preferences.csv")

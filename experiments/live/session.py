@@ -21,6 +21,7 @@ from experiments.kinds.trials import checked
 from experiments.settings.settings import assignments
 from experiments.show.play import ModelRunner, Sample, Showing, change
 from experiments.show.robot import HandDrive, RobotSource, trials_of
+from experiments.store.asked import Asked
 from scenes import ARENA_RADIUS_CM
 
 START: Mapping[RobotName, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
@@ -109,7 +110,8 @@ class Session:
     def _begin(self, settings: dict[str, str], places: Mapping[RobotName, Place] | None) -> None:
         places = places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         hand = visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
-        (spec,) = trials_of(*checked(hand, self.models, assignments(settings), 1, self.seed), self.seed)
+        asked = Asked(kind="trials", values=settings, repeats=1, seed=self.seed)
+        (spec,) = trials_of(*checked(hand, self.models, asked), self.seed)
         with as_usage_error():
             showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False)
         self.settings, self.spec, self._places = settings, spec, places

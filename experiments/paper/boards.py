@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
 
 from dsnn.stimuli.looming import Looming
-from experiments.base.console import error_console
+from experiments.base.console import count, error_console, out_console, show_files
+from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Angular, Design, Experiment, Listed, Translation
@@ -27,13 +29,20 @@ from experiments.judge.tests import (
 )
 from experiments.kinds import clips as offline
 from experiments.kinds import trials
+from experiments.kinds.kind import Kind
+from experiments.kinds.result import Run
 from experiments.paper.claims.clips import answer
 from experiments.paper.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
+from experiments.settings.models import COMPARED, ConfiguredModel, shown_models
 from experiments.settings.settings import watchers
 from experiments.show.timing import time_models
+from experiments.store.asked import Asked
 from experiments.store.description import begin_whole
-from experiments.store.runs import Batch
+from experiments.store.plan import Plan, filled
 from experiments.store.workers import Workers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
@@ -175,41 +184,45 @@ def _backgrounds(photograph: Mapping[str, Any], foliage: Mapping[str, Any]) -> I
     yield _clip("foliage", "foliage", foliage)
 
 
-Boards = Mapping[str, Sequence[Batch[Any]]]
-"""What is to be run: ``robot``, the trials of all models, and of each board that has models the clips."""
-
-
-def plan(models: Sequence[str], repeats: int | None, seed: int) -> Boards:
+def plan(asked: Asked) -> Plan[Any]:
     """Plan the robot's trials of all models, and the clips of each board that has models.
 
     A model stands on every board that it has a channel for, and on that of direction if it has none.
 
     Parameters
     ----------
-    models
-        Names, or paths of files.
-    repeats
-        Repeats of all that is random; ``None``: `REPEATS`.
-    seed
-        Seed of the whole run.
+    asked
+        What was asked for: models, and repeats of all that is random, otherwise `REPEATS`.
 
     Raises
     ------
     UsageError
         Something cannot be run.
     """
-    robot = trials.plan(ROBOT, models, (), REPEATS if repeats is None else repeats, seed)
+    models = shown_models(COMPARED, asked.models, asked.only)
+    shown: dict[str, Any] = {"only": True, "seed": asked.seed, "options": {"recordings": False}}
+    repeats = REPEATS if asked.repeats is None else asked.repeats
+    bare = {**shown, "options": {"recordings": False, "frames": False}}
+    robot = Asked(kind="trials", declared=ROBOT, models=tuple(models), repeats=repeats, **bare)
     channels = {text: {*watchers((text,), ())[0][0].channels} for text in models}
     boards = {
         DIRECTION: [text for text, has in channels.items() if {"hs", "vs"} & has or "looming" not in has],
         LOOMING: [text for text, has in channels.items() if "looming" in has],
     }
-    planned: dict[str, list[Batch[Any]]] = {ROBOT.name: [robot]}
+    parts: dict[str, Plan[Any]] = {ROBOT.name: trials.plan(robot)}
     for board, names in boards.items():
         for experiment in clip_experiments(board, names) if names else ():
-            clips = offline.plan(experiment, experiment.models, (), repeats if experiment.repeats > 1 else None, seed)
-            planned.setdefault(board, []).append(clips)
-    return planned
+            clips = Asked(kind="clips", declared=experiment, models=tuple(names), **shown)
+            clips = replace(clips, repeats=asked.repeats if experiment.repeats > 1 else None)
+            parts[experiment.name] = offline.plan(clips)
+    return Plan(asked, "leaderboard", parts=parts)
+
+
+def parts_of(plan: Plan[Any]) -> dict[str, list[Plan[Any]]]:
+    """Return the parts by what their responses count for: the robot, and each board that has models."""
+    found = {name: [part for folder, part in plan.parts.items() if folder.startswith(name)]
+             for name in (ROBOT.name, *FILES)}  # fmt: skip
+    return {name: parts for name, parts in found.items() if parts}
 
 
 RESPONSES = pl.Schema({
@@ -300,13 +313,15 @@ def looming_scores(robot: pl.DataFrame, clips: pl.DataFrame) -> dict[str, Score 
     }
 
 
-def rank(planned: Boards, responses: Mapping[str, pl.DataFrame], times: Mapping[str, Any]) -> dict[str, pl.DataFrame]:
+def rank(
+    models: Mapping[str, Sequence[ConfiguredModel]], responses: Mapping[str, pl.DataFrame], times: Mapping[str, Any]
+) -> dict[str, pl.DataFrame]:
     """Score the models of each board, and rank them.
 
     Parameters
     ----------
-    planned, responses
-        As of `play`.
+    models, responses
+        Board, or ``robot`` -> the models shown there, and their responses.
     times
         Measure of `TIMES` -> model -> microseconds per frame of every round.
 
@@ -319,7 +334,7 @@ def rank(planned: Boards, responses: Mapping[str, pl.DataFrame], times: Mapping[
     boards = {}
     for board, scores in {DIRECTION: direction_scores, LOOMING: looming_scores}.items():
         rows = []
-        for model in planned[board][0].specs[0].models if board in planned else ():
+        for model in models.get(board, ()):
             # A model that only reports where motion is has no potential to score.
             label = model.label if model.counted else None
             own = (responses[part].filter(pl.col("model") == label) for part in (ROBOT.name, board))
@@ -365,46 +380,72 @@ def _columns(scores: Mapping[str, Score | None]) -> dict[str, float | None]:
     return columns
 
 
-def run(planned: Boards, folder: Path, pool: Workers) -> tuple[dict[str, pl.DataFrame], list[dict[str, Any]]]:
-    """Run what ``folder`` lacks of a `plan`, time the models, and write a table and a figure of each board.
-
-    Returns
-    -------
-    boards, failures
-        As of `rank`, and what failed.
+def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
+    """Run what a folder lacks, time the models, and write a table and a figure of each board.
 
     Raises
     ------
     UsageError
         The folder holds other trials.
     """
-    from experiments.draw import (
-        scoreboard,  # not before: workers do without matplotlib
-        style,
-    )
+    # Not before: workers do without matplotlib.
+    from experiments.draw import scoreboard, style
 
-    begin_whole(folder, "leaderboard")
-    responses: dict[str, pl.DataFrame] = {}
-    failures: list[dict[str, Any]] = []
+    begin_whole(out, plan.document())
+    parts = parts_of(plan)
     with pool.running():
-        for part, batches in planned.items():
-            rows: list[dict[str, Any]] = []
-            for batch in batches:
-                with batch.run(folder / batch.name, pool) as run:
-                    frames = run.table("frames").partition_by("trial", "model", as_dict=True)
-                    for row in run.table("trials").iter_rows(named=True):
-                        rows.append(response(row, batch.specs[row["trial"]], frames.get((row["trial"], row["model"]))))
-                    failures += run.failures()
-            responses[part] = pl.DataFrame(rows, RESPONSES)
+        responses = {name: _responses(of, out, pool) for name, of in parts.items()}
     if not pool.quiet:
         error_console.print("timing: 99x72 and 320x180, in turns, one thread")
     # After the workers have gone: nothing of this run's own competes for the processor.
-    shown = {model.label: model for board in FILES if board in planned for model in planned[board][0].specs[0].models}
-    robot = planned[ROBOT.name][0].specs[0].models  # with their parameters for 99x72
-    times = {name: time_models(robot if shape == ROBOT_SHAPE else [*shown.values()], shape)
+    models = {name: of[0].models for name, of in parts.items()}
+    shown = {model.label: model for board in FILES for model in models.get(board, ())}
+    times = {name: time_models(models[ROBOT.name] if shape == ROBOT_SHAPE else [*shown.values()], shape)
              for name, shape in TIMES.items()}  # fmt: skip
-    boards = rank(planned, responses, times)
-    for board, table in boards.items():
-        Files(folder).write_rows(f"{FILES[board]}.csv", table.to_dicts())
-        style.save(scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE), folder / FILES[board])
-    return boards, failures
+    for board, table in rank(models, responses, times).items():
+        Files(out).write_rows(f"{FILES[board]}.csv", table.to_dicts())
+        style.save(scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE), out / FILES[board])
+
+
+def _responses(parts: Sequence[Plan[Any]], out: Path, pool: Workers) -> pl.DataFrame:
+    """Run parts, and return the responses of all models in them."""
+    rows: list[dict[str, Any]] = []
+    for part in parts:
+        with filled(part, out / part.name, pool) as folder:
+            frames = folder.table("frames").partition_by("trial", "model", as_dict=True)
+            for row in folder.table("trials").iter_rows(named=True):
+                rows.append(response(row, part.trials[row["trial"]], frames.get((row["trial"], row["model"]))))
+    return pl.DataFrame(rows, RESPONSES)
+
+
+# Reading it.
+
+
+def tables(run: Run) -> dict[str, pl.DataFrame]:
+    """Return board -> its table, of the boards that a run has."""
+    types = {"model": pl.String}
+    there = {board: run.folder / f"{file}.csv" for board, file in FILES.items()}
+    return {board: pl.read_csv(path, schema_overrides=types) for board, path in there.items() if path.is_file()}
+
+
+def draw(run: Run) -> Figure:
+    """Draw the first board of a run, from its folder alone; `UsageError` without one."""
+    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
+
+    for board, table in tables(run).items():
+        return scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE)
+    raise UsageError(f"{run.folder}: no {FILES[DIRECTION]}.csv there: the run is not finished")
+
+
+def show(run: Run) -> None:
+    """Print the boards of a run, and where everything is."""
+    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
+
+    boards = tables(run)
+    for name, table in boards.items():
+        scoreboard.show(table, measures(table), f"Ranked by {name}")
+        out_console.print(f"{NOTE} Empty: does not apply, or no response.")
+    show_files(run.folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
+
+
+KIND = Kind(plan, work, draw, show, renders=None, summary="leaderboard.csv")

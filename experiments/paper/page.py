@@ -17,37 +17,37 @@ from experiments.declare.study import WHOLE
 from experiments.draw import style
 from experiments.draw.robot import PAPER, panels
 from experiments.judge import stored
-from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, Kind
+from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, State
 from experiments.judge.judge import flaws
 from experiments.judge.verdict import Verdict
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load, whole_networks
 from experiments.paper.claims.clips import ASSUMED
 from experiments.paper.claims.readings import CHOSEN_FOR, READINGS, used_to_choose
-from experiments.paper.reproduce import COUNTED, FULL
+from experiments.paper.scale import COUNTED, FULL
 from experiments.paper.studies.clips import compares_with
 from experiments.store import provenance
 from experiments.store.description import RENDERERS
 from experiments.store.tables import group, in_words
 
-MEANINGS: Mapping[Kind, str] = MappingProxyType({
+MEANINGS: Mapping[State, str] = MappingProxyType({
     "holds": f"it holds in at least {HOLDS_FROM:.0%} of replicates, by the exact 95 % interval; or nothing is random",
     "sometimes": "it holds in some replicates, and neither in most nor in few by that interval",
     "fails": f"it holds in at most {FAILS_TO:.0%} of replicates, by the exact 95 % interval; or nothing is random",
     "counted": f"k of n: it held in k of n replicates; below {LEAST_JUDGED} that could be judged there is no word",
     "unjudged": "not judged in any replicate, with the reason",
 })  # fmt: skip
-"""Kind -> what it means."""
-SIGNS: Mapping[Kind, str] = MappingProxyType({
+"""State -> what it means."""
+SIGNS: Mapping[State, str] = MappingProxyType({
     "holds": "\N{CHECK MARK}", "sometimes": "~", "fails": "\N{MULTIPLICATION X}", "counted": "#",
     "unjudged": "\N{EN DASH}",
 })  # fmt: skip
-"""Kind -> the sign that stands before it: colour alone tells no verdict."""
-PHRASES: Mapping[Kind, tuple[str, str]] = MappingProxyType({
+"""State -> the sign that stands before it: colour alone tells no verdict."""
+PHRASES: Mapping[State, tuple[str, str]] = MappingProxyType({
     "holds": ("holds", "hold"), "sometimes": ("holds in some", "hold in some"), "fails": ("fails", "fail"),
     "unjudged": ("is not judged", "are not judged"),
 })  # fmt: skip
-"""Kind -> a phrase about one claim, and about several."""
+"""State -> a phrase about one claim, and about several."""
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
@@ -103,8 +103,8 @@ def _row(claim: Verdict, pooled: Mapping[str, Any], readings: Sequence[Mapping[s
         f"With {row['under']}": row["came_to"] for row in readings if row["claim"] == claim.id
     }
     return {
-        "group": 2 if count.kind == "unjudged" else 0 if broken else 1,
-        "id": claim.id, "title": claim.title or claim.says, "kind": count.kind, "sign": SIGNS[count.kind],
+        "group": 2 if count.state == "unjudged" else 0 if broken else 1,
+        "id": claim.id, "title": claim.title or claim.says, "kind": count.state, "sign": SIGNS[count.state],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
         "why": unless,
         "evidence": [{"heading": name, "text": text} for name, text in evidence.items() if text],
@@ -195,12 +195,12 @@ def totals(counts: Iterable[tuple[str, Count]]) -> list[str]:
     ['2 of 3 claims hold in every replicate judged', '1 holds in some: C4']
     """
     pairs = list(counts)
-    few = any(counted.kind == "counted" for _, counted in pairs)
-    found: dict[Kind, list[str]] = {kind: [] for kind in PHRASES}
+    few = any(counted.state == "counted" for _, counted in pairs)
+    found: dict[State, list[str]] = {kind: [] for kind in PHRASES}
     for claim, counted in pairs:
-        in_all: Kind = "holds" if not counted.fails else "sometimes" if counted.holds else "fails"
+        in_all: State = "holds" if not counted.fails else "sometimes" if counted.holds else "fails"
         half = "" if counted.half is None else f" (the DSNN's half: {counted.half.label})"
-        found[in_all if counted.kind == "counted" else counted.kind].append(f"{claim}{half}")
+        found[in_all if counted.state == "counted" else counted.state].append(f"{claim}{half}")
     phrases: list[str] = []
     for kind, claims in found.items():
         of = "" if phrases else f" of {len(pairs)} claim{'s' * (len(pairs) != 1)}"

@@ -10,44 +10,43 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
 from colias_sim.envs import ENVS
-from experiments.base.console import error_console
+from experiments.base.console import error_console, show_files
 from experiments.base.errors import UsageError
 from experiments.base.files import Files, plain
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.declare.claim import EACH_TRIAL, PAPER, Claim, claim_ids, texts
+from experiments.declare.claim import PAPER, Claim, claim_ids, texts
 from experiments.declare.clip import OfflineExperiment
-from experiments.declare.experiment import Experiment
 from experiments.declare.outcome import Outcome
-from experiments.declare.study import WHOLE, Study
+from experiments.declare.study import Study
+from experiments.draw.terminal import show_verdicts
 from experiments.judge import motion, stored
-from experiments.judge.count import LEAST_JUDGED, count
+from experiments.judge.count import count
 from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.judge.judge import judge as judge_rows
 from experiments.judge.replicates import MODEL, Replicate, judged, places_of, replicate
 from experiments.judge.scores import LEAST_SEEDS
+from experiments.judge.sweep import EVERY_MODEL, Sweep, read
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import clips as offline
-from experiments.kinds import episodes as behave
-from experiments.kinds import registry, sweep, sweep_plan
+from experiments.kinds import episodes, registry, sweep, sweep_plan
 from experiments.kinds import trials as robot_run
+from experiments.kinds.kind import Kind, kind_of
 from experiments.kinds.registry import asked_models, claims_on, find_claim, shipped_study
-from experiments.kinds.result import Run, whole_networks
-from experiments.kinds.sweep import EVERY_MODEL, Sweep
+from experiments.kinds.result import Run, load, whole_networks
 from experiments.kinds.tables import OFFLINE
-from experiments.kinds.trials import plan
 from experiments.paper.claims import footage, model_clips
 from experiments.paper.claims.clips import LEAST_GREYS, with_model
 from experiments.paper.claims.models import model_claims
 from experiments.paper.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.paper.claims.robot import FALLING, ROBOT_SPEEDS
 from experiments.paper.clips import PER_FRAME, prefix
+from experiments.paper.scale import READ_OFF, REPLICATES, SCALES, SENSITIVITY, SENSITIVITY_CLIPS, Scale
 from experiments.paper.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
 from experiments.paper.studies.onboard import BEST, probe_of
 from experiments.paper.studies.onboard import STUDY as ONBOARD
@@ -55,9 +54,13 @@ from experiments.paper.studies.robot import DEFAULTS
 from experiments.paper.studies.robot import SENSITIVITY as SENSITIVE
 from experiments.show.episodes import short_name
 from experiments.store import provenance
+from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS, begin_whole
-from experiments.store.runs import Batch
+from experiments.store.plan import Plan, filled
 from experiments.store.workers import Workers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PLAYERS: Mapping[str, tuple[str, ...]] = {
     AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
@@ -69,13 +72,7 @@ MORE_MODELS = ("dsn2017",)
 """The models shown with the DSNN unless others are named."""
 SHOWN = ("distance-mechanism", "approach-mechanism", "recession-mechanism")
 """Experiments without claims that the report shows, at the first seed alone."""
-SHORT = (
-    "clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone",
-)  # fmt: skip
-"""The off-line experiments without grids of long clips."""
-READ_OFF = ("background", "constants-2017", "constants-emd")
-"""The studies whose points are clips of an off-line experiment of the same name."""
-Shown = tuple[Batch[Any], Sequence[Mapping[str, Any]]]
+Shown = tuple[Plan[Any], Sequence[Mapping[str, Any]]]
 """An off-line experiment and its rows."""
 NEEDS: Mapping[str, str] = {
     "clips": "its off-line experiment was not run (--quick and --robot-only leave some out)",
@@ -83,108 +80,73 @@ NEEDS: Mapping[str, str] = {
     "robot": "none of the experiments here declares this claim",
 }
 """What a claim is judged on -> what it would take to judge it, where nothing here does."""
-REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
-"""Folders of the trials other than replicate 0's."""
-COUNTED = (*READ_OFF, SENSITIVITY, SENSITIVITY_CLIPS, ONBOARD.name)
-"""The studies whose counts the report has, each in ``NAME.json``, as far as they are run."""
 
 
 # What is run.
 
 
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """The scale of a reproduction: how much of each part is run.
-
-    Parameters
-    ----------
-    replicates
-        Replicates of the experiments with the robot, 1 or more. Replicate r has the seed of the run plus r.
-    repeats
-        Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it unjudged.
-    moves
-        Whether to run one replicate with each thing moved that the studies of sensitivity name, and clips so too.
-    offline_replicates
-        Replicates of the off-line experiments in which anything is random; the others have one.
-    episodes
-        Episodes of each behaviour.
-    steps
-        Frames of an episode at most; otherwise the env's own number.
-    offline
-        The off-line experiments to run.
-    onboard
-        Whether the network in the robot's own arithmetic watches the other replicates too.
-    """
-
-    replicates: int
-    repeats: int
-    moves: bool
-    offline_replicates: int
-    episodes: int
-    steps: int | None = None
-    offline: tuple[str, ...] = OFFLINE
-    onboard: bool = False
-
-
-QUICK = Scale(2, EACH_TRIAL, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
-USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
-FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60, onboard=True)
-
-
-Plans = dict[str, Batch[Any] | Sweep]
-"""Folder -> what is run there: experiments with the robot, the paper's first, then clips, behaviours and sweeps."""
-
-
-def planned(
-    scale: Scale, seed: int, models: Sequence[str] = MORE_MODELS, extra: Sequence[str] = (), robot_only: bool = False,
-) -> Plans:  # fmt: skip
+def plan(asked: Asked) -> Plan[Any]:
     """Plan a reproduction.
 
     Parameters
     ----------
-    scale, seed
-        How much to run, and the first seed.
-    models
-        Further models that see the experiments' frames; the claims are judged on the DSNN.
-    extra
-        Experiments, names or files, that are run and shown too.
-    robot_only
-        Whether to leave out clips and behaviours.
+    asked
+        What was asked for: ``models`` that see the experiments' frames too, as the claims are judged on the DSNN;
+        experiments in ``what``, names or files, that are run and shown too. Its options are ``scale``, a name of
+        `SCALES`, and ``robot_only``, which leaves out clips and behaviours.
+
+    Returns
+    -------
+    Plan
+        Its parts by folder: experiments with the robot, the paper's first, then clips, behaviours and sweeps. What is
+        declared is the scale.
 
     Raises
     ------
     UsageError
         It cannot be run so.
     """
-    labels = [MODEL, *(name for name in models if name != MODEL)]
-    robot = [
-        plan(registry.load(name), _models(name, labels), (), scale.repeats, seed)
-        for name in (*registry.paper_experiments(), *SHOWN, *extra)
-    ]
+    scale = asked.declared or SCALES[asked.option("scale", "usual")]
+    return Plan(asked, "reproduction", declared=scale, parts=dict(_parts(asked, scale)))
+
+
+def _parts(asked: Asked, scale: Scale) -> Iterator[tuple[str, Plan[Any]]]:
+    """Yield the folder and the plan of each part."""
+    seed, clips_too = asked.seed, not asked.option("robot_only", False)
+    labels = [MODEL, *(name for name in (*MORE_MODELS, *asked.models) if name != MODEL)]
+    robot = [robot_run.plan(Asked(kind="trials", what=(name,), models=_models(name, labels), only=True,
+                                  repeats=scale.repeats, seed=seed))
+             for name in (*registry.paper_experiments(), *SHOWN, *asked.what)]  # fmt: skip
     names = [part.name for part in robot]
     ours = (REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS, *OFFLINE, *map(_behaved, PLAYERS))
     for name in names:
         if names.count(name) > 1 or name in ours:
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
-    plans: Plans = dict(zip(names, robot, strict=True))
-    if not robot_only:
-        for name in scale.offline:
-            clips = registry.find(name)
-            assert isinstance(clips, OfflineExperiment)
-            repeated = scale.offline_replicates if clips.repeats > 1 else None  # with one repeat nothing is random
-            plans[name] = offline.plan(clips, clips.models, (), repeated, seed)
-        for env in PLAYERS:  # all at the same seeds
-            whole = ENVS[env].max_episode_steps
-            plans[_behaved(env)] = behave.episodes(
-                PLAYERS[env], env, {}, scale.episodes, seed, min(scale.steps or whole, whole)
-            )
+    yield from zip(names, robot, strict=True)
+    for name in scale.offline if clips_too else ():
+        several = registry.find(name).repeats > 1  # with one repeat nothing is random
+        clips = Asked(kind="clips", what=(name,), repeats=scale.offline_replicates if several else None, seed=seed)
+        yield name, offline.plan(clips)
+    for env in PLAYERS if clips_too else ():  # all at the same seeds
+        steps = min(scale.steps or ENVS[env].max_episode_steps, ENVS[env].max_episode_steps)
+        options = {"env": env, "baselines": False, "steps": steps}
+        played = Asked(kind="episodes", what=PLAYERS[env], repeats=scale.episodes, seed=seed, options=options)
+        yield _behaved(env), episodes.plan(played)
     if scale.replicates > 1:
-        plans[REPLICATES] = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
+        yield (
+            REPLICATES,
+            _swept(replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard), seed + 1),
+        )
     if scale.moves:
-        plans[SENSITIVITY] = sweep_plan.planned(dataclasses.replace(SENSITIVE, repeats=scale.repeats), seed)
-    if scale.moves and not robot_only:
-        plans[SENSITIVITY_CLIPS] = sweep_plan.planned(SENSITIVE_ON_CLIPS, seed)
-    return plans
+        moved = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
+        yield SENSITIVITY, sweep.plan(Asked(kind="sweep", declared=moved, seed=seed))
+    if scale.moves and clips_too:
+        yield SENSITIVITY_CLIPS, sweep.plan(Asked(kind="sweep", declared=SENSITIVE_ON_CLIPS, seed=seed))
+
+
+def _swept(planned: Sweep, seed: int) -> Plan[Any]:
+    """Return the plan of a checked sweep."""
+    return sweep.plan_of(planned, Asked(kind="sweep", declared=planned.study, seed=seed))
 
 
 def _behaved(env: str) -> str:
@@ -192,15 +154,15 @@ def _behaved(env: str) -> str:
     return f"behave-{short_name(env).partition('-')[0].lower()}"
 
 
-def _models(experiment: str, labels: Sequence[str]) -> list[str]:
+def _models(experiment: str, labels: Sequence[str]) -> tuple[str, ...]:
     """Return the models of one experiment: its own, those of all, and the looming detectors where a claim needs them.
 
     An experiment that compares variants of the DSNN, or is shown for its mechanism, has its own alone.
     """
     declared = registry.load(experiment)
     if len(declared.models) > 1 or experiment in SHOWN:
-        return list(declared.models)
-    return list(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
+        return declared.models
+    return tuple(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
 
 
 def replicates_plan(
@@ -231,17 +193,19 @@ def replicates_plan(
     return sweep_plan.planned(study, seed, models)
 
 
-def design(plans: Plans) -> dict[str, Any]:
+def design(planned: Plan[Any]) -> dict[str, Any]:
     """Return what ``design.json`` holds beside scale and seed: versions, and a digest of all that decides the numbers.
 
     The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
     of versions and code. Two reproductions with one digest should differ in no number.
     """
-    runs = [part.description for part in plans.values() if isinstance(part, Batch)]
-    computes = (*provenance.KEYS, "form", THRESHOLDS, "kind", "recordings", "recorded", "reference")
+    parts_of = planned.parts.values()
+    studies = [part.declared for part in parts_of if isinstance(part.declared, Sweep)]
+    runs = [part.resolved for part in parts_of if not isinstance(part.declared, Sweep)]
+    computes = (*provenance.KEYS, "form", THRESHOLDS, "recordings", "recorded", "reference")
     parts = {
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
-        "studies": [(part.study.name, part.specs) for part in plans.values() if isinstance(part, Sweep)],
+        "studies": [(swept.study.name, swept.specs) for swept in studies],
         "claims": {claim: (texts()[claim]["says"], texts()[claim]["source"]) for claim in claim_ids(PAPER)},
         "least": [{claim.id: claim.least for claim in claims_on("robot").values()},
                   {claim.id: claim.conditions for claim in claims_on("clips").values()},
@@ -255,77 +219,83 @@ def design(plans: Plans) -> dict[str, Any]:
 # Running and judging.
 
 
-def reproduce(
-    folder: Path, scale: Scale, seed: int, plans: Plans, pool: Workers
-) -> tuple[list[Verdict], list[Mapping[str, Any]]]:
-    """Run what is missing in a folder, judge every claim, and write the verdicts and the figures of studies there.
+def work(planned: Plan[Any], folder: Path, pool: Workers) -> None:
+    """Run what is missing in a folder, judge every claim, and write verdicts, figures of studies and the page.
 
-    Parameters
-    ----------
-    folder
-        A new one, or one that holds a part of this reproduction.
-    scale, seed, plans
-        As `planned` takes them, and what it returns.
-    pool
-        Workers, or a cluster.
-
-    Returns
-    -------
-    verdicts, failures
-        The verdicts on the paper's claims, then on ours about behaviours; and what failed, of all parts.
+    The verdicts on the paper's claims are in ``claims.json``, ours about behaviours in ``behaviours.json``.
     """
-    from experiments.draw import style  # not before: workers do without matplotlib
-    from experiments.draw import sweep as report
+    from experiments.paper import page  # not before: workers do without matplotlib
 
     if not pool.quiet:
         error_console.print(f"{pool.where()}, into {folder}")
-    begin_whole(folder, "reproduction")
-    runs: dict[str, Run] = {}
+    begin_whole(folder, planned.document())
     counts: dict[str, Sweep] = {}
-    with pool.running():
-        for name, part in plans.items():
-            if isinstance(part, Sweep):
-                counts[name] = sweep.play(part, folder / name, pool)
-            elif isinstance(declared := part.description["experiment"], OfflineExperiment):
-                runs[name] = offline.run(part, folder / name, pool, recordings=declared.recorded)
-            elif isinstance(declared, Experiment):
-                runs[name] = robot_run.run(part, folder / name, pool, recordings=True)
-            else:
-                runs[name] = behave.run(part, folder / name, pool)
-    failures = [failure for counted in counts.values() for failure in counted.failures]
-    failures += [failure for run in runs.values() for failure in run.failures.to_dicts()]
-    shows = [(part, whole_networks(runs[name])) for name, part in plans.items()
-             if isinstance(part, Batch) and runs[name].kind == "clips"]  # fmt: skip
-    specs = [spec for name in registry.paper_experiments() for spec in plans[name].specs]
+    for name, part in planned.parts.items():
+        if isinstance(part.declared, Sweep):
+            counts[name] = sweep.played(part, folder / name, pool)
+        else:
+            kind_of(part.asked.kind).work(part, folder / name, pool)
+    conclude(planned, folder, counts)
+    page.write(folder)
+
+
+def conclude(planned: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None:
+    """Judge every claim on the runs in a folder, and write the verdicts and the figures of studies there."""
+    from experiments.draw import style  # not before: workers do without matplotlib
+    from experiments.draw import sweep as report
+
+    scale, plans = planned.declared, planned.parts
+    runs = {name: load(folder / name) for name in plans if name not in counts}
+    shows = [(plans[name], whole_networks(run)) for name, run in runs.items() if name in OFFLINE]
+    specs = [spec for name in registry.paper_experiments() for spec in plans[name].trials]
     every = [replicate(specs, [row for name in registry.paper_experiments() for row in whole_networks(runs[name])])]
     if REPLICATES in counts:
         every += counts.pop(REPLICATES).replicates[(), EVERY_MODEL]
     studies = [*_read_off(shows), *counts.values()]
     if scale.onboard and SENSITIVITY in counts:
         studies.append(onboard(every, counts[SENSITIVITY]))
-    paper = verdicts(every, shows)
-    own = [verdict for run in runs.values() if run.kind == "episodes" for verdict in run.verdicts]
+    own = [verdict for env in PLAYERS if _behaved(env) in runs for verdict in runs[_behaved(env)].verdicts]
     files = Files(folder)
     files.write_json("design.json", {
-        "seed": seed, "scale": dataclasses.asdict(scale), **design(plans),
+        "seed": planned.asked.seed, "scale": dataclasses.asdict(scale), **design(planned),
         "parts": list(dict.fromkeys([*plans, *(counted.study.name for counted in studies)])),
     })  # fmt: skip
-    files.write_json("claims.json", stored.document(paper))
+    files.write_json("claims.json", stored.document(verdicts(every, shows)))
     files.write_json("behaviours.json", stored.document(own))
     files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})
     files.write_json("readings.json", list(other_readings(every, shows, list(counts.values()))))
     for counted in studies:
-        files.write_json(f"{counted.study.name}.json", counted.described())
-        style.save(report.draw(counted), folder / counted.study.name)
-    return [*paper, *own], failures
+        described = counted.described()
+        files.write_json(f"{counted.study.name}.json", described)
+        style.save(report.draw(described), folder / counted.study.name)
+
+
+# Reading it.
+
+
+def draw(run: Run) -> Figure:
+    """Draw the panels of the robot's experiments, from the folder alone."""
+    from experiments.draw import robot  # not before: matplotlib takes its time to load
+
+    return robot.panels(
+        {part.name: whole_networks(part) for part in run.parts if part.done and part.name in robot.PAPER}
+    )
+
+
+def show(run: Run) -> None:
+    """Print the verdicts on the paper's claims and on ours, and where everything is."""
+    own = json.loads((run.folder / "behaviours.json").read_text(encoding="utf-8"))
+    show_verdicts([*run.verdicts, *stored.verdicts(own)])
+    show_files(run.folder, "reproduction")
 
 
 def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
     """Yield the counts of the studies whose points are clips of off-line experiments."""
     for part, shown in shows:
         if part.name in READ_OFF:
-            study = dataclasses.replace(shipped_study(part.name), replicates=part.description["repeats"])
-            yield sweep.read(sweep_plan.planned(study, part.description["seed"]), shown)
+            repeats = len({trial.repeat for trial in part.trials})
+            study = dataclasses.replace(shipped_study(part.name), replicates=repeats)
+            yield read(sweep_plan.planned(study, part.asked.seed), shown)
 
 
 def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
@@ -448,7 +418,7 @@ def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
         for repeat in sorted({row["repeat"] for row in own}):
             of_seed = [row for row in own if row["repeat"] == repeat]
             about = find_claim(claim, "clips")
-            outcomes.append(judge_rows(about, of_seed, offline.thresholds(part)[about.spiking], shown))
+            outcomes.append(judge_rows(about, of_seed, part.thresholds[about.spiking], shown))
     return outcomes
 
 
@@ -458,7 +428,7 @@ SEEDS = 5
 """Seeds of those clips of the models' claims in which anything is random."""
 
 
-def asked(models: Sequence[str]) -> list[tuple[Claim, str]]:
+def claims_of(models: Sequence[str]) -> list[tuple[Claim, str]]:
     """Return the claims of models, with settings or without, each with the model's name; ``all``: those that have some.
 
     A claim names the variants of the model that it is about. Raises `UsageError` for a model whose paper has no claim.
@@ -487,7 +457,7 @@ def judge_models(
     folder
         A new one, or one that holds a part of this run.
     models
-        As of `asked`.
+        As of `claims_of`.
     seed
         Seed of the first replicate.
     pool
@@ -498,7 +468,7 @@ def judge_models(
     list of Verdict, list of mapping
         A verdict for each claim and model, and the clips that failed.
     """
-    wanted = asked(models)
+    wanted = claims_of(models)
     labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in sorted(claim.models)))
     names = dict.fromkeys(name for claim, _ in wanted for name in claim.conditions.get("clip", ()))
     rows: list[dict[str, Any]] = []
@@ -509,9 +479,10 @@ def judge_models(
             clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in model_clips.RANDOM) == (repeats > 1))
             if clips:
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
-                part = offline.plan(shown, labels, (), None, seed, frames=False)
-                thresholds |= offline.thresholds(part)
-                with part.run(folder / name, pool) as run:
+                options = {"frames": False, "recordings": False}
+                part = offline.plan(Asked(kind="clips", declared=shown, seed=seed, options=options))
+                thresholds |= part.thresholds
+                with filled(part, folder / name, pool) as run:
                     failures += run.failures()
                     rows += run.table("trials").to_dicts()
     found = []
@@ -527,3 +498,6 @@ def judge_models(
         found.append(verdict_of(claim, outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures
+
+
+KIND = Kind(plan, work, draw, show)

@@ -11,7 +11,6 @@ import dataclasses
 import hashlib
 import math
 import re
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
@@ -24,28 +23,21 @@ import polars as pl
 
 from colias_sim import bearing
 from colias_sim.config import CameraConfig
-from dsnn import MODELS, Response
+from dsnn import Response
 from dsnn.pictures import read_picture
 from experiments.base.console import count
 from experiments.base.errors import UsageError, as_usage_error, check_known
-from experiments.base.user_code import sha256
 from experiments.declare.conditions import CONDITION_COLUMNS, Condition, pose_of
 from experiments.declare.experiment import Experiment
-from experiments.kinds.result import Run
-from experiments.kinds.trials import batch, conclude, configure
 from experiments.robot.firmware import MODEL
 from experiments.robot.qemu import Q15
-from experiments.settings.models import ConfiguredModel, look_up, parse_model
+from experiments.settings.models import ConfiguredModel
 from experiments.settings.pictures import by_number
 from experiments.show import record as rerun
-from experiments.show.play import Sample, Showing, Trial, play
-from experiments.show.robot import MARK, TRUE
+from experiments.show.play import Sample, Showing, Trial
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, away_cm, responses, windows
-from experiments.store import tables as of_rows
-from experiments.store.recordings import Images, pictures, write_pictures
-from experiments.store.runs import Batch
+from experiments.store.recordings import Images
 from experiments.store.tables import COLUMN, OBSERVER
-from experiments.store.workers import Workers
 
 TIME, LINE = "time_s", "line"
 CHANNELS: Mapping[str, str] = {"hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes", "azimuth": ""}
@@ -306,87 +298,9 @@ def record(trial: LogTrial, showings: Sequence[Showing], rows: Sequence[Mapping[
     )  # fmt: skip
 
 
-MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({of_rows.COLUMN: str})
-SHOWN_FRAMES = "@frames"
-"""Ends the label of a model that is shown the frames, where the robot's own has that name."""
 LOG, FRAMES = "log.csv", "frames"
 LEAST_FPS = 0.5
 """Slowest rate of a log's frames, 1/s: below, ``time_s`` is in another unit than seconds."""
-
-
-def plan(
-    experiment: Experiment, path: Path, frames: Path | None = None, ran: Sequence[str] = (),
-    models: Sequence[str] = (), assignments: Sequence[str] = (),
-) -> Batch[LogTrial]:  # fmt: skip
-    """Read and check a log and the frames that belong to it.
-
-    Parameters
-    ----------
-    experiment
-        Whose conditions the trials show.
-    path
-        The log, a CSV file.
-    frames
-        The folder of the trials' frames.
-    ran
-        What the robot ran, names or .py files: the model of a log without a column ``model``, otherwise ``dsnn``, and
-        the files that labels in that column stand for.
-    models
-        Models to show the frames to.
-    assignments
-        ``SECTION.NAME=VALUE`` texts: parameters of the experiment, the models and the camera.
-
-    Returns
-    -------
-    Batch
-        The trials.
-
-    Raises
-    ------
-    UsageError
-        Something cannot be imported: the line and the cell, or the file.
-    """
-    declared = {look_up([text])[0].label: text for text in ran}
-    table = read(path, next(iter(declared), "dsnn"))
-    of_model = {str(label): rows for (label,), rows in table.partition_by("model", as_dict=True).items()}
-    of_model = {label: rows for label, rows in of_model.items() if any(channel in rows for channel in CHANNELS)}
-    if (models and frames is None) or not (models or of_model):
-        raise UsageError(f"{path}: --model needs --frames FOLDER, and a log without responses (hs, looming) both")
-    for label, rows in of_model.items():
-        if label not in declared and parse_model(label)[0] not in MODELS:  # a cell of a log runs no file
-            raise UsageError(f"{path}, line {rows[LINE][0]}: no model '{label}': name its file by --ran FILE.py")
-    texts = list(dict.fromkeys([*(declared.get(label, label) for label in of_model), *models]))
-    chosen, settings = configure(experiment, texts, assignments)
-    by_text = dict(zip(texts, settings.models, strict=True))
-    ran_models = {label: by_text[declared.get(label, label)] for label in of_model}
-    playing = {label: logged(model, of_model[label]) for label, model in ran_models.items()}
-    unknown = {label: [channel for channel in ran_models[label].channels if channel not in model.channels]
-               for label, model in playing.items()}  # fmt: skip
-    again = [by_text[text] for text in models]
-    shown = [dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES if model.label in of_model else ''}")
-             for model in again]  # fmt: skip
-    its_own, replayed = LOG_OF_SIMULATION if SIMULATION in table["origin"] else MEASURED
-    origins = {**dict.fromkeys(playing, its_own), **{model.label: replayed for model in shown}}
-    repeats: Counter[Any] = Counter()
-    trials = []
-    for (index,), rows in sorted(table.partition_by("trial", as_dict=True).items()):
-        condition = condition_of(path, rows.row(0, named=True), chosen)
-        here = [model for label, model in ran_models.items() if label in rows["model"]]
-        trial = LogTrial(experiment.name, index, repeats[condition], 0, condition, (*here, *shown), rows,
-                         settings.camera, frames, origins, unknown)  # fmt: skip
-        _check(path, trial)
-        trials.append(trial)
-        repeats[condition] += 1
-    settings = dataclasses.replace(settings, models=(*playing.values(), *shown))
-    source = {"provenance": "; ".join(dict.fromkeys(origin for trial in trials for origin in trial.origins.values())),
-              "log": str(path), "sha256": sha256(path), "frames": str(frames) if frames else None,
-              "lacking_frames": sum(lacking(trial)[0] for trial in trials)}  # fmt: skip
-    whole = batch(chosen, settings, max(repeats.values()), 0, experiment.design)
-    return Batch(
-        name=whole.name, specs=trials, work=play_trial,
-        description={**whole.description, "kind": "measured", "trials": len(trials), "measured": source},
-        schemas=(MEASURED_SCHEMA, FRAME_SCHEMA), parameters=whole.parameters,
-    )  # fmt: skip
 
 
 def lacking(trial: LogTrial) -> tuple[int, str]:
@@ -397,77 +311,6 @@ def lacking(trial: LogTrial) -> tuple[int, str]:
         return 0, ""
     return number, (f"trial {trial.index} lacks {count(number, 'frame')} at {trial.fps:.3g} frames/s, the first after"
                     f" {times[(lost > 0).argmax()]:.2f} s: spikes of these frames are not counted")  # fmt: skip
-
-
-def _check(path: Path, trial: LogTrial) -> None:
-    """Refuse times in another unit than seconds, and frames that are not one for each line of the log."""
-    if trial.fps < LEAST_FPS:
-        raise UsageError(f"{path}: time_s must be in seconds; trial {trial.index} has {trial.fps:.3g} frames/s by it")
-    if trial.frames is not None:
-        folder = trial_folder(trial.frames, trial.index)
-        found, wanted = len(pictures_in(folder)), trial.shown.height
-        if found != wanted:
-            raise UsageError(f"{folder} must have {wanted} pictures, one for each frame of the log, got {found}: leave"
-                             f" out this trial, or what has no row or no picture. {lacking(trial)[1]}")  # fmt: skip
-
-
-def play_trial(trial: LogTrial) -> of_rows.TrialRecord:
-    """Play a log's trial, and leave blank what the log does not tell."""
-    done = play(trial, record)
-    frames = done.frames
-    for label, channels in trial.unknown.items():
-        names = [name for channel in channels for name in (channel, CHANNELS[channel]) if name]
-        frames = frames.with_columns(pl.when(pl.col("model") != label).then(pl.col(name)).alias(name) for name in names)
-    return dataclasses.replace(done, frames=frames)
-
-
-def run(trials: Batch[LogTrial], out: Path, *, quiet: bool = False) -> Run:
-    """Play the trials of a log into a run's folder, judge its claims and draw its figure.
-
-    Parameters
-    ----------
-    trials
-        From `plan`.
-    out
-        The run's folder.
-    quiet
-        Whether to show no progress.
-    """
-    pool = Workers(0, quiet=quiet)
-    with pool.running(rendering=False), trials.run(out, pool) as folder:
-        return conclude(trials.description, folder)
-
-
-def write(recorded: Run, out: Path) -> None:
-    """Write a run as the log that a robot would have sent: `LOG`, and `FRAMES` of the trials that have a recording.
-
-    A robot has one eye: of a run with both eyes the models that see by the second are left out.
-
-    Parameters
-    ----------
-    recorded
-        A run of simulated trials with the robot.
-    out
-        A new folder.
-
-    Raises
-    ------
-    UsageError
-        The run is of another kind.
-    """
-    if recorded.kind != "trials":
-        raise UsageError(f"{recorded.folder}: a log is of simulated trials with the robot, not of {recorded.kind}")
-    conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
-    conditions = conditions.filter(~pl.col("model").str.ends_with(f"{MARK}{TRUE}"))
-    table = recorded.frames.join(conditions, on=["trial", "model"], how="inner", maintain_order="left")
-    table = table.rename({"sim_time_s": TIME}).with_columns(pl.lit(SIMULATION).alias("origin"))
-    there = [name for name in SCHEMA if table[name].null_count() < table.height]
-    out.mkdir(parents=True, exist_ok=True)
-    table.select(there).write_csv(out / LOG)
-    for recording in recorded.recordings:
-        frames = pictures(recording).get("camera")
-        if frames is not None:
-            write_pictures(out / FRAMES / recording.stem, frames, ".pgm")
 
 
 NONE = "-"

@@ -11,6 +11,7 @@ from typing import Any
 from experiments.base.errors import UsageError, short
 from experiments.base.files import NAME, Files, to_json
 from experiments.store import provenance
+from experiments.store.asked import ASKED
 from experiments.store.command import command_note
 
 KIND = "kind"
@@ -23,7 +24,7 @@ RENDERERS = "renderers"
 all that were tried drew equal pixels."""
 THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
-NOTES = frozenset((KIND, BEGUN, ENDED, "command", RENDERERS, THRESHOLDS, *provenance.KEYS))
+NOTES = frozenset((KIND, BEGUN, ENDED, "command", ASKED, RENDERERS, THRESHOLDS, *provenance.KEYS))
 """Entries that are not parameters."""
 DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""
@@ -48,19 +49,20 @@ def write_new(folder: Path, description: Mapping[str, Any]) -> None:
     Files(folder).write_json(NAME, {BEGUN: now(), **command_note(), **description})
 
 
-def begin_whole(folder: Path, kind: str, **notes: Any) -> None:
-    """Make the folder of a command whose parts are runs of their own, if it does not hold one of this kind yet.
+def begin_whole(folder: Path, description: Mapping[str, Any]) -> None:
+    """Make the folder of a run of runs, if it does not hold one of this kind yet.
 
-    ``notes`` are further entries of ``run.json``. A run that resumes there is compared with its parts, not with these.
+    A run that resumes there is compared with its parts, not with the description.
 
     Raises
     ------
     UsageError
         The folder holds a run of another kind.
     """
+    kind = description[KIND]
     folder.mkdir(parents=True, exist_ok=True)
     if not begun(folder):
-        write_new(folder, {KIND: kind, "experiment": kind, "versions": provenance.versions(), **notes})
+        write_new(folder, {"experiment": kind, "versions": provenance.versions(), **description})
     elif (there := read_description(folder).get(KIND)) != kind:
         raise UsageError(f"{folder}: holds a run of kind {there}, not {kind}; choose another --out")
 

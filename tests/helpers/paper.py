@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from experiments.kinds.sweep import EVERY_MODEL, read
+from experiments.judge.sweep import EVERY_MODEL, read
 from experiments.paper.reproduce import replicates_plan
 
 

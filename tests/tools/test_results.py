@@ -14,7 +14,7 @@ from experiments.declare.outcome import Outcome
 from experiments.judge.stored import document
 from experiments.judge.verdict import verdict_of
 from experiments.kinds.registry import find_claim
-from experiments.paper.reproduce import QUICK
+from experiments.paper.scale import QUICK
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
 from tools.results import CELLS, RESULTS, ROOT, SOURCES, places, read, renewed, write

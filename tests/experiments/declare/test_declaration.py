@@ -6,7 +6,7 @@ import pytest
 
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import Experiment, Translation
-from experiments.kinds.trials import configure, sections
+from experiments.settings.apparatus import configure, sections
 from experiments.settings.settings import described
 from tests.helpers import user_files
 

@@ -28,13 +28,13 @@ def test_the_word_follows_from_the_exact_interval_of_the_judged_alone():
         assert tally.word == (Count(holds, fails).word if holds + fails else "")
         assert tally.replicates == holds + fails + unjudged and tally.judged == holds + fails
         assert tally.interval == (proportion_interval(holds, holds + fails) if holds + fails else None)
-        assert tally.kind == (Count(holds, fails).kind if holds + fails else "unjudged")
+        assert tally.state == (Count(holds, fails).state if holds + fails else "unjudged")
 
 
 def test_where_nothing_is_random_one_replicate_says_all():
     assert (Count(1, random=False).word, Count(0, 1, random=False).word) == ("holds", "fails")
     assert Count(1, random=False).interval is None and "nothing in it is random" in Count(0, 1, random=False).sentence()
-    assert Count(0, 0, {"not shown": 1}, random=False).kind == "unjudged"
+    assert Count(0, 0, {"not shown": 1}, random=False).state == "unjudged"
 
 
 def test_outcomes_are_counted_each_once():
@@ -55,7 +55,7 @@ def test_a_claim_about_unknown_constants_has_the_word_of_the_dsnns_half_where_th
     """Replicates in which the half holds leave the count, so those that are left would all fail."""
     tally = Count(0, failed, {"unknown constants": held})
     assert tally.word == word and tally.half.label == half and (tally.half.holds, tally.half.fails) == (held, failed)
-    assert tally.kind == (word or "unjudged") and (tally.label == "not judged") == (not word)
+    assert tally.state == (word or "unjudged") and (tally.label == "not judged") == (not word)
     assert f"the DSNN's half holds in {held} of {held + failed} replicates" in tally.sentence()
     (phrase,) = [text for text in totals([("C26", tally)]) if "C26" in text]
     assert f"C26 (the DSNN's half: {half})" in phrase or word == "fails"

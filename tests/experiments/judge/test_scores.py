@@ -19,7 +19,7 @@ from experiments.judge.scores import (
     verdicts,
 )
 from experiments.paper.claims.behaviours import LGMD_EPISODES
-from experiments.paper.reproduce import FULL, QUICK, USUAL
+from experiments.paper.scale import FULL, QUICK, USUAL
 from tests.helpers.episodes import STILL, gaze, judged, outcomes, rows
 
 # --- scores -----------------------------------------------------------------------------------------------------------

@@ -10,12 +10,12 @@ from dsnn import MODELS
 from experiments.base.errors import UsageError
 from experiments.declare.claim import texts
 from experiments.judge.replicates import MODEL, replicate
+from experiments.judge.sweep import EVERY_MODEL, read
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.registry import shipped_study
-from experiments.kinds.sweep import EVERY_MODEL, read
 from experiments.paper import reproduce
 from experiments.paper.clips import FASTER as SPEEDS
-from experiments.paper.reproduce import FULL
+from experiments.paper.scale import FULL
 from experiments.paper.studies import onboard
 from experiments.paper.studies.clips import BACKGROUND, BEHIND, at_speed
 from experiments.paper.studies.detectors import EDGE, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row

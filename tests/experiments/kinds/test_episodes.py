@@ -8,7 +8,8 @@ from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.kinds import episodes as behave
 from experiments.kinds.episodes import env_options, episodes, plan, run
 from experiments.paper.behaviours import GROUPS
-from experiments.paper.reproduce import QUICK, planned
+from experiments.paper.reproduce import planned
+from experiments.paper.scale import QUICK
 from experiments.store.workers import Workers
 
 

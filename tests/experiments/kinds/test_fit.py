@@ -15,10 +15,10 @@ from experiments.declare.checks import Check
 from experiments.declare.outcome import Outcome
 from experiments.declare.study import Study
 from experiments.draw import fit as report
+from experiments.judge.sweep import MOST_SLACK, slack
 from experiments.judge.tests import proportion_interval
 from experiments.kinds.fit import RESULTS, Fit, at, box_of, planned, scored, spread, study_of
 from experiments.kinds.registry import shipped_study
-from experiments.kinds.sweep import MOST_SLACK, slack
 from experiments.kinds.tables import FITS
 
 pytest.importorskip("optuna")

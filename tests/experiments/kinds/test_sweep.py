@@ -22,8 +22,8 @@ from experiments.cli import main
 from experiments.declare.study import TOGETHER
 from experiments.draw.sweep import draw, finding
 from experiments.judge.judge import judge as outcome
+from experiments.judge.sweep import read
 from experiments.kinds import registry, sweep_plan
-from experiments.kinds.sweep import read
 from experiments.kinds.trials import plan as robot_plan
 from experiments.settings.grid import levels_of, points_of
 from experiments.settings.models import choose

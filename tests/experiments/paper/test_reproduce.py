@@ -14,7 +14,8 @@ from experiments.judge import stored
 from experiments.judge.count import Count
 from experiments.kinds import registry
 from experiments.paper import reproduce
-from experiments.paper.reproduce import FULL, QUICK, USUAL, Scale, judge, planned, pooled, verdicts
+from experiments.paper.reproduce import judge, planned, pooled, verdicts
+from experiments.paper.scale import FULL, QUICK, USUAL, Scale
 from experiments.paper.studies.robot import SENSITIVITY
 from experiments.show import play
 from experiments.show.robot import RobotTrial

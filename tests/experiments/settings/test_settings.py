@@ -8,7 +8,8 @@ from colias_sim import RobotConfig
 from experiments.base.errors import UsageError
 from experiments.kinds import registry
 from experiments.kinds.tables import NAMES
-from experiments.kinds.trials import configure, plan, sections
+from experiments.kinds.trials import plan
+from experiments.settings.apparatus import configure, sections
 from experiments.settings.settings import described
 
 

@@ -13,7 +13,8 @@ from dsnn.filters import alpha
 from experiments.declare.experiment import NEEDED
 from experiments.kinds import registry
 from experiments.kinds.trials import plan
-from experiments.paper.reproduce import QUICK, planned
+from experiments.paper.reproduce import planned
+from experiments.paper.scale import QUICK
 from experiments.show.excitation import BALANCED, WHOLE, sums
 
 SHAPE, FRAMES = (24, 40), 24

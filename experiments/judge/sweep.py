@@ -1,0 +1,240 @@
+"""What a sweep comes to: claims and measures at every point of a grid, in replicates, from the rows of its trials."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from experiments.declare.checks import MARGIN
+from experiments.declare.claim import Claim
+from experiments.declare.outcome import Outcome, together
+from experiments.declare.study import TOGETHER, Levels, Study
+from experiments.judge.count import count, count_columns
+from experiments.judge.measures import UNITS, Measure, measured
+from experiments.judge.replicates import Replicate, judged, of_model, of_models
+from experiments.settings.grid import Point, values_of
+from experiments.settings.models import ConfiguredModel
+from experiments.settings.parameters import Parameters
+from experiments.store.tables import group
+
+MOST_SLACK = 100.0
+"""Slack at which each claim is clipped, in smallest differences."""
+
+
+EVERY_MODEL = ""
+"""The name under which all models are judged where each claim is judged on the models that it is about."""
+
+
+Share = tuple[range, Mapping[str, ConfiguredModel]]
+"""Numbers of trials, and the models that see them at a point by their names without the grid's values."""
+
+
+def slack(outcome: Outcome) -> float | None:
+    """Return how far inside its bounds a claim lies in one replicate, in smallest differences.
+
+    That is slack over the smallest difference a claim may rest on: of potentials where the reading has no unit,
+    otherwise 1 of the unit. It is the least over its checks, from -`MOST_SLACK` to `MOST_SLACK`; ``None`` where the
+    claim could not be judged.
+    """
+    if not outcome.judged or not outcome.checks:
+        return None
+    shares = [check.slack / MARGIN["spikes" if check.unit else "potential"] for check in outcome.checks]
+    return float(np.clip(min(-MOST_SLACK if math.isnan(share) else share for share in shares), -MOST_SLACK, MOST_SLACK))
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep, checked; of one that was played the replicates too, and the tables of what they come to.
+
+    Parameters
+    ----------
+    study
+        What was asked for.
+    claims, measures
+        Claims and measures, each with the name of the experiment that it is judged on.
+    axes
+        Name of each axis -> its levels; the last axis goes fastest.
+    judged
+        Points, each with the name of a model that is judged there.
+    seed
+        Of replicate 0.
+    specs
+        Every trial, one replicate after the other.
+    shares
+        (point, model, experiment, replicate) -> the trials that count there.
+    repeats
+        Trials of each condition in a replicate, of each experiment.
+    resolved
+        What ``run.json`` has of it.
+    parameters
+        The parameters that have columns in ``trials.parquet``.
+    replicates
+        Point and model -> its replicates; empty before it is played.
+    failures
+        What failed.
+    """
+
+    study: Study
+    claims: tuple[tuple[Claim, str], ...]
+    measures: tuple[Measure, ...]
+    axes: Mapping[str, Levels]
+    judged: tuple[tuple[Point, str], ...]
+    seed: int
+    specs: tuple[Any, ...]
+    shares: Mapping[tuple[Point, str, str, int], Share]
+    repeats: Sequence[int]
+    resolved: Mapping[str, Any]
+    parameters: Parameters
+    replicates: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
+    failures: Sequence[Mapping[str, Any]] = ()
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """The names of the experiments whose trials it runs."""
+        return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
+
+    @cached_property
+    def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
+        """Point, model and claim -> the outcome in each replicate; of a grid of keys also that of all claims."""
+        study, found = self.study, dict[tuple[Point, str, str], tuple[Outcome, ...]]()
+        for (point, model), every in self.replicates.items():
+            for claim, experiment in self.claims:
+                asked = study.claim_at(claim, dict(point)) if study.claim_at else claim
+                found[point, model, claim.id] = tuple(_outcome(asked, part, model, experiment) for part in every)
+            if len(self.claims) > 1 and study.over:
+                columns = zip(*(found[point, model, claim.id] for claim, _ in self.claims), strict=True)
+                found[point, model, TOGETHER] = tuple(
+                    Outcome(together([outcome.verdict for outcome in column]), "") for column in columns
+                )
+        return found
+
+    @cached_property
+    def table(self) -> pl.DataFrame:
+        """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured."""
+        names = ("verdict", "decided", "measured", "effect", "n")
+        on = {claim.id: experiment for claim, experiment in self.claims}
+        rows = [
+            {**self._at(point, model), "claim": claim, "experiment": on.get(claim, ""), "replicate": number,
+             "seed": self.seed + number, **{name: getattr(outcome, name) for name in names},
+             "slack": slack(outcome)}
+            for (point, model, claim), outcomes in self.outcomes.items()
+            for number, outcome in enumerate(outcomes)
+        ]  # fmt: skip
+        return pl.DataFrame(rows, infer_schema_length=None)
+
+    @cached_property
+    def counts(self) -> pl.DataFrame:
+        """A row for each point, model and claim: its counts, the exact 95 % interval and the word.
+
+        ``decided`` and ``measured`` are those of replicate 0.
+        """
+        if self.table.is_empty():
+            return self.table
+        keys = [*self.axes, "model", "claim", "experiment"]
+        groups = self.table.group_by(keys, maintain_order=True)
+        rows = [
+            {**dict(zip(keys, key, strict=True)), **count_columns(count(rows["verdict"])),
+             **rows.select("decided", "measured").row(0, named=True)}
+            for key, rows in groups
+        ]  # fmt: skip
+        return pl.DataFrame(rows, infer_schema_length=None)
+
+    def _at(self, point: Point, model: str) -> dict[str, Any]:
+        """Return the columns of a point and a model."""
+        return {**{name: values_of(self.axes[name])[level] for name, level in point}, "model": model}
+
+    @cached_property
+    def numbers(self) -> pl.DataFrame:
+        """A row for each point, model and measure, of the trials of all replicates together.
+
+        ``lowest`` and ``highest`` are the ends of the values of replicates; ``n``, ``ci_low`` and ``ci_high`` are those
+        of a mean.
+        """
+        rows = []
+        for (point, model), every in self.replicates.items():
+            for measure, experiment, condition in self.measures:
+                whole = [
+                    [row for row in part.of(model) if row["experiment"] == experiment]
+                    if condition or not part.lost.get((experiment, model))
+                    else []
+                    for part in every
+                ]
+                each = [measured(measure, condition, part)["value"] for part in whole]
+                known = [value for value in each if value is not None]
+                rows.append({
+                    **self._at(point, model), "measure": measure, "experiment": experiment,
+                    **measured(measure, condition, [row for part in whole for row in part]),
+                    "unit": UNITS.get(measure, ""), "lowest": min(known, default=None),
+                    "highest": max(known, default=None), "replicates": len(each),
+                    "not shown": len(each) - len(known), **condition,
+                })  # fmt: skip
+        return pl.DataFrame(rows, infer_schema_length=None)
+
+    def rows(self, point: Point, model: str) -> pl.DataFrame:
+        """Return the rows of the trials of a point and a model in all replicates, with the column ``replicate``."""
+        every = enumerate(self.replicates[point, model])
+        rows = [{**row, "replicate": number} for number, part in every for row in part.rows]
+        return pl.DataFrame(rows, infer_schema_length=None)
+
+    @cached_property
+    def tables(self) -> Mapping[str, list[dict[str, Any]]]:
+        """The study's further tables."""
+        return self.study.tables(self) if self.study.tables else {}
+
+    def described(self) -> dict[str, Any]:
+        """Return the contents of ``NAME.json``, of which figures and pages are made: counts and measures."""
+        study = self.study
+        why = {key[2]: outcomes[0].deciding for key, outcomes in self.outcomes.items()
+               if not any(one.judged or one.verdict == "unknown constants" for one in outcomes)}  # fmt: skip
+        return {
+            "study": study.name, "summary": study.summary, "replicates": study.replicates, "repeats": self.repeats,
+            "seed": self.seed, "axes": {name: list(levels) for name, levels in self.axes.items()},
+            "named": not self.axes or bool(study.axes),  # its levels, by words and not by values
+            "titles": {claim.id: claim.title for claim, _ in self.claims},
+            "counts": self.counts.to_dicts(), "numbers": self.numbers.to_dicts(),
+            "unjudged": {claim: text for claim, text in why.items() if claim != TOGETHER},
+            "troubles": {claim: one.trouble for (_, _, claim), outcomes in self.outcomes.items() for one in outcomes
+                         if one.trouble},
+            "tables": self.tables, "failures": self.failures,
+        }  # fmt: skip
+
+
+def read(sweep: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Mapping[str, Any]] = ()) -> Sweep:
+    """Return a sweep with what it comes to, from the rows of ``trials.parquet`` that there are.
+
+    Models go by their names without the grid's values.
+    """
+    by_trial = group(rows, "trial", "model")
+    found: dict[tuple[Point, str], list[Replicate]] = {}
+    for point, judge in sweep.judged:
+        for number in range(sweep.study.replicates):
+            own: list[Mapping[str, Any]] = []
+            lost = Counter[tuple[str, str]]()
+            models: dict[str, Any] = {}
+            for experiment in sweep.experiments:
+                numbers, seen = sweep.shares.get((point, judge, experiment, number), (range(0), {}))
+                models |= seen
+                for trial in numbers:
+                    for name, model in seen.items():
+                        there = by_trial.get((trial, model.label), ())
+                        own += ({**row, "model": name} for row in there)
+                        lost[experiment, name] += not there
+            thresholds = {name: model.thresholds for name, model in models.items()}
+            found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds))
+    return dataclasses.replace(sweep, replicates=found, failures=failures)
+
+
+def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> Outcome:
+    if model == EVERY_MODEL:
+        return judged(claim, replicate, experiment)
+    if claim.on == "clips":
+        return of_models(claim, replicate, experiment)
+    return of_model(claim, replicate, model, experiment)

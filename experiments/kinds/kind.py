@@ -1,0 +1,111 @@
+"""What a kind of run is, and how any run is done: by its kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from experiments.kinds.result import Run, load
+from experiments.kinds.tables import KINDS, shipped
+from experiments.store.asked import ASKED, Asked
+from experiments.store.folder import RunFolder
+from experiments.store.plan import Plan, filled
+from experiments.store.workers import Workers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of run: to run it, ``plan`` and ``work``; to read what is in a folder, ``draw`` and ``show``.
+
+    Parameters
+    ----------
+    plan
+        Makes the plan of what was asked. Raises `UsageError` for what cannot be run.
+    work
+        Does what a folder lacks of a plan, and writes verdicts, tables and figures there.
+    draw
+        Draws the figure of a run from its folder alone: no file of a model is run.
+    show
+        Prints what a run comes to, from its folder alone.
+    renders
+        Whether its trials are drawn by OpenGL, on workers; ``None``: its work starts these itself, or needs none.
+    summary
+        The table that sums up such a run.
+    """
+
+    plan: Callable[[Asked], Plan[Any]]
+    work: Callable[[Plan[Any], Path, Workers], None]
+    draw: Callable[[Run], Figure]
+    show: Callable[[Run], None]
+    renders: bool | None = True
+    summary: str = "summary.csv"
+
+
+def concluding(
+    conclude: Callable[[Plan[Any], RunFolder], None],
+) -> Callable[[Plan[Any], Path, Workers], None]:
+    """Return the work of a kind whose trials all go into one folder: do them, then conclude."""
+
+    def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
+        with filled(plan, out, pool) as folder:
+            conclude(plan, folder)
+
+    return work
+
+
+def kind_of(name: str) -> Kind:
+    """Return a kind of run by its name in ``run.json``."""
+    found: Kind = shipped(KINDS[name])
+    return found
+
+
+def planned(asked: Asked) -> Plan[Any]:
+    """Return the plan of what was asked, by its kind; `UsageError` for what cannot be run. Nothing is written."""
+    return kind_of(asked.kind).plan(asked)
+
+
+def perform(plan: Plan[Any], out: Path, pool: Workers) -> Run:
+    """Do what a folder lacks of a run, and judge and draw it.
+
+    Parameters
+    ----------
+    plan
+        From `planned`.
+    out
+        The run's folder: a new one, or one that holds a part of this run.
+    pool
+        Where the trials are done.
+
+    Returns
+    -------
+    Run
+        The run as its files have it.
+
+    Raises
+    ------
+    UsageError
+        The folder holds another run.
+    """
+    kind = kind_of(plan.asked.kind)
+    if kind.renders is None:
+        kind.work(plan, out, pool)
+    else:
+        with pool.running(rendering=kind.renders):
+            kind.work(plan, out, pool)
+    return load(out)
+
+
+def again(run: Run) -> Plan[Any]:
+    """Return the plan of what a run stored: the same trials, computed by what is there now.
+
+    Raises
+    ------
+    UsageError
+        What was asked for cannot be planned any more, or was given by a script.
+    """
+    return planned(Asked.read(run.description[ASKED]))

@@ -1,0 +1,71 @@
+"""What was asked for: the one thing that a run stores and follows from."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import TypeAdapter
+
+ASKED = "asked"
+"""The entry of ``run.json`` that has it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """What a person asked for, as it was typed or called. A run is planned from this alone.
+
+    Parameters
+    ----------
+    kind
+        The kind of run, a key of `experiments.kinds.tables.KINDS`.
+    what
+        What is run: experiments, behaviours or a source, by name or by path.
+    models
+        Models, as ``--model`` takes them.
+    only
+        Whether those of ``models`` alone are shown.
+    values
+        ``SECTION.NAME`` -> value, as ``--set`` takes it.
+    repeats
+        Trials of each condition; ``None``: the declaration's own number.
+    seed
+        Seed of the run.
+    options
+        What the kind alone knows; those left out have its defaults.
+    declared
+        A declaration that a caller gave in place of a name. It is not stored, so such a run is not planned again.
+    """
+
+    kind: str
+    what: tuple[str, ...] = ()
+    models: tuple[str, ...] = ()
+    only: bool = False
+    values: Mapping[str, Any] = field(default_factory=dict)
+    repeats: int | None = None
+    seed: int = 0
+    options: Mapping[str, Any] = field(default_factory=dict)
+    declared: Any = field(default=None, compare=False, repr=False)
+
+    def stored(self) -> dict[str, Any]:
+        """Return what ``run.json`` has of it: the kind, and what is not at its default."""
+        usual, names = Asked(kind=""), [one.name for one in dataclasses.fields(self) if one.compare]
+        return {name: getattr(self, name) for name in names if getattr(self, name) != getattr(usual, name)}
+
+    @classmethod
+    def read(cls, stored: Mapping[str, Any]) -> Asked:
+        """Return what was asked, from what ``run.json`` has of it.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            It is nothing that `stored` returned.
+        """
+        return TypeAdapter(cls).validate_python(dict(stored))
+
+    def option(self, name: str, default: Any = None) -> Any:
+        """Return an option of the kind, or its default."""
+        value = self.options.get(name)
+        return default if value is None else value
