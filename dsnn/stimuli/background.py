@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 
 import cv2
@@ -86,7 +85,7 @@ def _panorama(image: str, shape: tuple[int, int], seed: int, changed_ns: int) ->
 
 def _photograph(rows: int) -> Floats:
     """Join the photograph to its mirror image, so that it repeats without a seam; mirrored downward as needed."""
-    data = np.frombuffer(resources.files("dsnn.stimuli").joinpath("photograph.png").read_bytes(), np.uint8)
+    data = np.frombuffer(Path(__file__).with_name("photograph.png").read_bytes(), np.uint8)
     picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), np.float32)
     height, width = picture.shape
     whole = np.pad(picture, ((0, max(rows - height, 0)), (0, width)), mode="symmetric")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import importlib
+import importlib.metadata
 import importlib.util
 import sys
 import sysconfig
@@ -179,5 +179,6 @@ def traced(error: BaseException) -> str:
 def run_main() -> None:
     """Run the experiment that the script ``python FILE [OPTIONS]`` declares, as ``colias run FILE`` does."""
     sys.argv[1:1] = ["run", str(sys.modules["__main__"].__file__)]
-    # Not imported above: the commands stand on everything else.
-    importlib.import_module("experiments.cli.entry").main()
+    # Found as the shell finds it: the commands stand on everything else.
+    (command,) = importlib.metadata.entry_points(group="console_scripts", name="colias")
+    command.load()()

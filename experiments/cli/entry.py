@@ -70,8 +70,9 @@ def _outcome() -> tuple[int, str]:
             return EXIT_CLOSED, ""
         raise
     except Exception as error:
-        user_code = sys.modules.get("experiments.base.user_code")  # without it no user's file was run
-        if user_code and user_code.of_users(error):
+        from experiments.base import user_code
+
+        if user_code.of_users(error):
             return EXIT_USAGE, user_code.traced(error)
         if line := _line(error):
             return EXIT_USAGE, f"{ERROR} {line}"

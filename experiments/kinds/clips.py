@@ -183,4 +183,9 @@ def show(run: Run) -> None:
     show_files(run.folder, count(len({row["trial"] for row in rows}), "clip"))
 
 
-KIND = Kind(plan, work, draw, show, renders=False)
+def words(run: Run) -> str:
+    """Say what a run shows."""
+    return f"{run.description['experiment']['summary']}."
+
+
+KIND = Kind(plan, work, draw, show, renders=False, chapter="Clips", words=words)

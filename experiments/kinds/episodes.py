@@ -305,4 +305,9 @@ def show(run: Run) -> None:
         show_files(run.folder, count(run.trials.height, "episode"))
 
 
-KIND = Kind(plan, concluding(conclude), draw, show)
+def words(run: Run) -> str:
+    """Say what a run shows."""
+    return f"The measures of each behaviour in {run.description['env']}."
+
+
+KIND = Kind(plan, concluding(conclude), draw, show, chapter="Behaviours", words=words)

@@ -36,6 +36,10 @@ class Kind:
         Whether its trials are drawn by OpenGL, on workers; ``None``: its work starts these itself, or needs none.
     summary
         The table that sums up such a run.
+    chapter
+        Heading of such runs on a page; empty of those that no page has.
+    words
+        Says what a run shows, from its folder alone.
     """
 
     plan: Callable[[Asked], Plan[Any]]
@@ -44,6 +48,8 @@ class Kind:
     show: Callable[[Run], None]
     renders: bool | None = True
     summary: str = "summary.csv"
+    chapter: str = ""
+    words: Callable[[Run], str] = str
 
 
 def concluding(

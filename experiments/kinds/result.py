@@ -220,6 +220,16 @@ class Run:
         return read_table(self.folder, "trials", ["trial"])["trial"].n_unique() if has_tables(self.folder) else 0
 
     @property
+    def chapter(self) -> str:
+        """The heading of such runs on a page; empty of those that no page has."""
+        return str(shipped(KINDS[self.kind]).chapter)
+
+    @property
+    def words(self) -> str:
+        """What it shows, and what its robots did not do as planned, in a sentence or two."""
+        return str(shipped(KINDS[self.kind]).words(self))
+
+    @property
     def measured(self) -> bool:
         """Whether its trials are a robot's, imported from a log."""
         return "measured" in self.description

@@ -319,4 +319,10 @@ def _table(run: Run, models: set[str], varies: Sequence[str]) -> pl.DataFrame:
     return table.select(*varies, "n", *table.columns[len(keys) + 1 :])
 
 
-KIND = Kind(plan, concluding(conclude), draw, show)
+def words(run: Run) -> str:
+    """Say what a run shows, and what its robots did not do as planned."""
+    problems = flaws(run.trials.to_dicts()) if run.done else ""
+    return f"{run.description['experiment']['summary']}.{f' Beware: {problems}.' if problems else ''}"
+
+
+KIND = Kind(plan, concluding(conclude), draw, show, chapter="Robot trials", words=words)

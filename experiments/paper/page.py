@@ -18,7 +18,6 @@ from experiments.draw import style
 from experiments.draw.robot import PAPER, panels
 from experiments.judge import stored
 from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, State
-from experiments.judge.judge import flaws
 from experiments.judge.verdict import Verdict
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load, whole_networks
@@ -52,8 +51,8 @@ PHRASES: Mapping[State, tuple[str, str]] = MappingProxyType({
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
 GROUPS = ("Fail, or hold in some replicates only", "Hold", "Not judged")
 """Headings of the claims, in order."""
-CHAPTERS = {"trials": "Robot trials", "clips": "Clips", "episodes": "Behaviours"}
-"""Kind of a part -> its chapter."""
+CHAPTERS = ("Robot trials", "Clips", "Behaviours")
+"""Chapters of the runs on the page, in order."""
 MOST_FAILURES = 5
 """Failures of one part that the page shows; ``failures.json`` of the part has all."""
 
@@ -150,8 +149,8 @@ def _evidence(claim: Verdict, whole: Mapping[str, Any] | None) -> dict[str, str]
 
 def _sections(folder: Path, names: Sequence[str], runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
     """Yield every experiment, behaviour and study with its figure: chapter, name, title, text, figure, failures."""
-    parts = [(chapter, run.folder.name, _summary(run), run.folder / "figure.svg")
-             for kind, chapter in CHAPTERS.items() for run in runs if run.kind == kind]  # fmt: skip
+    parts = [(chapter, run.folder.name, style.sentence(run.words), run.folder / "figure.svg")
+             for chapter in CHAPTERS for run in runs if run.chapter == chapter]  # fmt: skip
     for path in (folder / f"{name}.json" for name in COUNTED if name in names):
         study = json.loads(path.read_text(encoding="utf-8"))
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
@@ -162,14 +161,6 @@ def _sections(folder: Path, names: Sequence[str], runs: Sequence[Run]) -> Iterat
         failed = failures.get(name, [])
         yield {"chapter": chapter, "name": name, "text": style.sentence(text), "figure": data_uri(figure),
                "failed": len(failed), "failures": in_words(failed)[:MOST_FAILURES]}  # fmt: skip
-
-
-def _summary(run: Run) -> str:
-    """Say what a run shows, and what its robots did not do as planned."""
-    if run.kind == "episodes":
-        return f"The measures of each behaviour in {run.description['env']}."
-    problems = flaws(run.trials.to_dicts()) if run.kind == "trials" and run.done else ""
-    return f"{run.description['experiment']['summary']}.{f' Beware: {problems}.' if problems else ''}"
 
 
 def data_uri(path: Path) -> str:

@@ -1,43 +1,38 @@
-"""The direction of imports, read from the source: no circle anywhere, and no import against the direction."""
+"""The direction of imports, read from the source: every package has a floor, and imports those below it alone."""
 
 from __future__ import annotations
 
 import ast
+import importlib
+import re
+import subprocess
+import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
 import pytest
 
+from experiments.kinds import tables
+
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 
-LAYERS = (
-    "run stats report.terminal report.palette report.templates grid",
-    "doctor new sources check study",
-    "report measures replicates",
-    "result",
-    "compare",
-    "trials offline",
-    "registry behave watch",
-    "tune leaderboard sweep robot_side",
-    "sweep_plan",
-    "fit train reproduce",
-    "report.page api",
-    "live",
-    "cli",
-)
-"""Wings of ``experiments.bench``, the lowest first. A wing imports those of lower layers, and itself; those of the
-lowest import each other."""
-LEVELS = {f"experiments.bench.{name}": level for level, names in enumerate(LAYERS) for name in names.split()}
+FLOORS = (
+    "scenes", "dsnn.pictures", "dsnn.field_docs", "colias_sim", "dsnn", "experiments.base", "experiments.declare",
+    "experiments.settings", "experiments.store", "experiments.show", "experiments.judge", "experiments.draw",
+    "experiments.robot", "experiments.kinds", "experiments.live", "experiments.cli", "experiments", "experiments.paper",
+)  # fmt: skip
+"""Packages and leaves, the lowest first. A module imports those of its own floor and of floors below it.
 
-MAY_IMPORT: Mapping[str, frozenset[str]] = {
-    "scenes": frozenset({"scenes"}),
-    "colias_sim": frozenset({"scenes", "colias_sim", "dsnn"}),
-    "dsnn": frozenset({"dsnn"}),
-    "experiments": frozenset(PACKAGES),
-}
-"""Package -> the packages of ours that it may import."""
+On the floor ``experiments`` stand the scripts, ``wiring`` and the face.
+"""
+BESIDE = ("dsnn", "colias_sim")
+"""Two floors that do not know each other, but for the leaves of ``dsnn`` below both."""
+NAMED = ("KINDS", "EXPERIMENTS", "BEHAVIOURS", "CLAIMS", "STUDIES", "FITS", "BOARDS")
+"""The tables of strings that name modules of ours."""
+WIRING = "experiments.wiring"
+"""What `colias_sim` names by a string, for models and arenas that users write."""
 
 
 def files() -> list[Path]:
@@ -96,29 +91,95 @@ def test_no_module_comes_back_to_itself():
         visit(module, ())
 
 
-@pytest.mark.parametrize("package", PACKAGES)
-def test_packages_import_one_way(package):
-    """`colias_sim` knows no model, `dsnn` no simulator, and nothing the experiments."""
-    for module in (m for m in modules() if m.split(".")[0] == package):
-        for other in imported(module):
-            assert other.split(".")[0] in MAY_IMPORT[package], f"{module} imports {other}"
+def floor(module: str) -> str:
+    """The floor of a module: that of the narrowest name in `FLOORS`."""
+    return max((name for name in FLOORS if f"{module}.".startswith(f"{name}.")), key=len)
 
 
-def wing(module: str) -> str | None:
-    """The narrowest wing that a module belongs to."""
-    return max((name for name in LEVELS if f"{module}.".startswith(f"{name}.")), key=len, default=None)
+@pytest.mark.parametrize("module", sorted(modules()))
+def test_a_module_imports_floors_below_its_own(module):
+    """No machinery imports the face: it stands above it. A declaration's ``__main__`` tail is not read."""
+    ours = floor(module)
+    for other in imported(module):
+        theirs = floor(other)
+        assert FLOORS.index(theirs) <= FLOORS.index(ours), f"{module} imports {other}"
+        assert {ours, theirs} != set(BESIDE), f"{module} imports {other}"
 
 
-def test_wings_import_one_way():
-    """The foundation <- robot, clips <- tuning, leaderboard <- studies <- training, reproduce <- cli."""
+def test_every_package_has_a_floor():
+    """No package of ours is on the floor ``experiments`` by being forgotten."""
+    there = {path.parent.name for path in (ROOT / "experiments").glob("*/__init__.py")}
+    assert {f"experiments.{name}" for name in there} == {name for name in FLOORS if name.startswith("experiments.")}
+
+
+def strings(module: str) -> Iterator[str]:
+    """Every string of a module that names a module of ours, with its attribute or without; docstrings are none."""
+    tree = ast.parse(modules()[module].read_text(encoding="utf-8"))
+    prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose:
+            name = re.fullmatch(r"([a-z_]+(?:\.[a-z_0-9]+)+)(?::[A-Za-z_]+)?", node.value)
+            if name and name[1] in modules():
+                yield node.value
+
+
+def test_strings_that_name_modules_stand_in_the_tables():
     for module in modules():
-        ours = wing(module)
-        for other in imported(module):
-            theirs = wing(other)
-            if ours is None or theirs is None or ours == theirs or LEVELS[ours] == LEVELS[theirs] == 0:
-                continue
-            assert LEVELS[theirs] < LEVELS[ours], f"{module} imports {other}"
-    outside = [m for m in modules() if wing(m) is None]
-    for module in outside:
-        cli = [other for other in imported(module) if wing(other) == "experiments.cli"]
-        assert not cli, f"{module} imports {cli}: only a declaration's tail may"
+        found = set(strings(module))
+        if module == "experiments.kinds.tables":
+            listed = {place for table in NAMED for place in getattr(tables, table).values()}
+            assert found <= listed
+        else:
+            assert found <= ({WIRING} if floor(module) == "colias_sim" else set()), module
+
+
+@pytest.mark.parametrize("table", NAMED)
+def test_strings_of_the_tables_resolve(table):
+    for place in getattr(tables, table).values():
+        module, _, name = place.partition(":")
+        assert not name or hasattr(importlib.import_module(module), name), place
+
+
+def test_a_simulator_loads_the_two_leaves_of_dsnn_alone():
+    """Nothing of a model is loaded by what simulates."""
+    code = (
+        "import sys, colias_sim.simulation, colias_sim.envs; print(*(m for m in sys.modules if m.startswith('dsnn.')))"
+    )
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert set(loaded) <= {"dsnn.pictures", "dsnn.field_docs"}
+
+
+# What kind of run it is, is asked by kinds alone.
+
+RUNS = ("Experiment", "OfflineExperiment", "Behaviour", "Study", "Fit")
+OF_LIBRARIES = {"experiments.show.play": {"kind"}, "experiments.live.drawing": {"kind"}}
+"""Attributes called ``kind`` of libraries: of `inspect.Parameter`, and of a mesh's visual in trimesh."""
+
+
+def asks(module: str) -> Iterator[str]:
+    """Where a module compares, matches or looks up the kind of a run, or asks what a declaration is an instance of."""
+    for node in ast.walk(ast.parse(modules()[module].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Compare):
+            inside = [node.left, *node.comparators]
+        elif isinstance(node, ast.Match):
+            inside = [node.subject]
+        elif isinstance(node, ast.Subscript):
+            inside = [node.slice]
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance":
+            named = {one.id for one in ast.walk(node.args[1]) if isinstance(one, ast.Name)}
+            if named & set(RUNS):
+                yield ast.unparse(node)
+            continue
+        else:
+            continue
+        for part in inside:
+            if isinstance(part, ast.Attribute) and part.attr == "kind" and "kind" not in OF_LIBRARIES.get(module, ()):
+                yield ast.unparse(node)
+            if isinstance(part, ast.Constant) and part.value == "kind" and isinstance(node, ast.Subscript):
+                yield ast.unparse(node)
+
+
+@pytest.mark.parametrize("module", sorted(name for name in modules() if name.startswith("experiments")))
+def test_what_kind_of_run_it_is_is_asked_by_kinds_alone(module):
+    if floor(module) not in ("experiments.kinds", "experiments.declare"):
+        assert not list(asks(module))
