@@ -47,19 +47,6 @@ EXAMPLES = """\
   colias run speed                     the paper's speed trials, into runs/speed-TIME
   colias view runs/speed-TIME          their recordings, in Rerun
   colias reproduce --quick             which of the paper's claims hold"""
-RENAMED = {
-    "cite": "CITATION.cff",
-    "compare": "experiments.compare(A, B) in Python",
-    "export": "colias video RUN --out FOLDER for frames, colias firmware log for a robot's log; tables are Parquet",
-    "map": "colias sweep",
-    "parameters": "colias list parameters",
-    "play": "colias watch STIMULUS",
-    "rerun": "colias run --again",
-    "runs": "colias list runs",
-    "stimulus": "colias video STIMULUS --out FOLDER, and colias list parameters STIMULUS",
-    "study": "colias sweep",
-}
-"""Old command -> what does its work."""
 
 
 class _Commands(TyperGroup):
@@ -99,18 +86,15 @@ def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
     from experiments.store.command import begun_by
 
-    first, problem = arguments[0], ""
-    if first == "--version":
+    if arguments[0] == "--version":
         from importlib.metadata import version
 
         typer.echo(f"colias-sim {version('colias-sim')}")
         return 0
     try:
-        if first not in RENAMED:
-            # Not standalone, so that the parser's own complaints come out as one line too.
-            with begun_by({"line": list(arguments)}):
-                return int(parser()(args=arguments, standalone_mode=False) or 0)
-        problem = f"colias {first}: it is {RENAMED[first]} now"
+        # Not standalone, so that the parser's own complaints come out as one line too.
+        with begun_by({"line": list(arguments)}):
+            return int(parser()(args=arguments, standalone_mode=False) or 0)
     except typer.TyperException as error:
         problem = " ".join(error.format_message().split())
     from experiments.base.errors import UsageError

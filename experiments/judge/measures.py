@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -120,25 +120,37 @@ def mean_spikes(rows: Rows) -> Number:
 
 SPIKES = "spikes"
 """The measure that is one of each condition: the mean number of spikes in a trial."""
-MEASURES: Mapping[str, Callable[[Rows], Number]] = {
-    "peak-speed-potential": partial(peak_speed, column="mean_hs_near_axis"),
-    "peak-speed-count": partial(peak_speed, column="spikes"),
-    "peak-hs": least_peak,
-    SPIKES: mean_spikes,
+
+
+class Measurement(NamedTuple):
+    """What a measure is: its function of the rows of a point, its unit, and which trials give it.
+
+    ``given_by`` says whether an experiment's conditions, or its clips, do.
+    """
+
+    of: Callable[[Rows], Number]
+    unit: str = ""
+    given_by: Callable[[Sequence[Any]], bool] = bool
+
+
+MEASURES: Mapping[str, Measurement] = {
+    "peak-speed-potential": Measurement(partial(peak_speed, column="mean_hs_near_axis"), "cm/s", _crossings),
+    "peak-speed-count": Measurement(partial(peak_speed, column="spikes"), "cm/s", _crossings),
+    "peak-hs": Measurement(least_peak, given_by=_rightward),
+    SPIKES: Measurement(mean_spikes),
 }
-"""Name after ``--measure`` -> its function of the rows of a point."""
-GIVEN_BY: Mapping[str, Callable[[Sequence[Any]], bool]] = {
-    "peak-speed-potential": _crossings, "peak-speed-count": _crossings, "peak-hs": _rightward,
-}  # fmt: skip
-"""Name of a measure of one number at a point -> whether an experiment's conditions, or its clips, give it."""
-UNITS = {"peak-speed-potential": "cm/s", "peak-speed-count": "cm/s"}
-"""Name of a measure -> its unit, where it has one."""
+"""Name after ``--measure`` -> the measure."""
+
+
+def unit_of(measure: str) -> str:
+    """Return the unit of a measure, as it is called at a point; empty where it has none."""
+    return MEASURES[measure.partition(":")[0]].unit
 
 
 def measured(name: str, condition: Mapping[str, Any], rows: Rows) -> Number:
     """Return a measure at a point from its rows: those with the columns of ``condition`` count."""
     own = [row for row in rows if all(row[column] == value for column, value in condition.items())]
-    return MEASURES[name.partition(":")[0]](own)
+    return MEASURES[name.partition(":")[0]].of(own)
 
 
 def by_condition(conditions: Sequence[Condition]) -> dict[str, dict[str, Any]]:
@@ -187,7 +199,9 @@ def chosen(
         else:
             if not any("hs" in model.channels for model in models):
                 raise UsageError(f"--measure {name}: it is about models that respond by direction")
-            giving = [(name, place, {}) for place, shown in conditions.items() if all(map(GIVEN_BY[name], shown))][:1]
+            giving = [
+                (name, place, {}) for place, shown in conditions.items() if all(map(MEASURES[name].given_by, shown))
+            ][:1]
         if not giving:
             raise UsageError(f"--measure {name}: none of {', '.join(conditions)} shows what it is of at every point")
         found += giving

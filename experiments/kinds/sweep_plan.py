@@ -185,37 +185,57 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
     parts = [part for part in parts if models_in or part.declared.name in asked]
+    named, whole = [part.declared.name for part in parts], not on_robot or bool(models_in)
+    specs, shares = _trials(renderings, named, study.replicates, judged[0] if whole else None)
+    if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
+        parameters |= parts[0].described["changed"]
+    there = {(point, name) for point, name, *_ in shares}
+    repeats = [part.repeats for part in parts]
+    resolved = {
+        **_resolved(study, parts, specs, parameters), "repeats": repeats, "replicates": study.replicates, "seed": seed,
+        "axes": axes, "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
+        "measures": [{"name": name, "unit": measuring.unit_of(name), "experiment": place}
+                     for name, place, _ in measures],
+    }  # fmt: skip
+    judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
+    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, repeats, resolved, parameters)
+
+
+def _trials(
+    renderings: Mapping[str, Sequence[Any]], experiments: Sequence[str], replicates: int, whole: str | None
+) -> tuple[list[Any], dict[tuple[Point, str, str, int], Share]]:
+    """Return all trials, one replicate after the other, and at which points and models each of them counts.
+
+    Where all models of a point are judged together, ``whole`` is the name under which they are.
+    """
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
-    for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
+    for replicate, name in product(range(replicates), experiments):
         for _, rendered, variants, watching in renderings[name]:
             found = rendered(replicate, tuple(variants.values()))
             numbers = range(len(specs), len(specs) + len(found))
             specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
             for point, seen in watching.items():
-                if on_robot and not models_in:
+                if whole is None:
                     shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
                 else:
-                    shares[point, judged[0], name, replicate] = (numbers, seen)
-    if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
-        parameters |= parts[0].described["changed"]
-    there = {(point, name) for point, name, *_ in shares}
+                    shares[point, whole, name, replicate] = (numbers, seen)
+    return specs, shares
+
+
+def _resolved(
+    study: Study, parts: Sequence[Part], specs: Sequence[Any], parameters: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return what ``run.json`` has of the parts of a sweep: experiments, models, what is not at its default, the code."""
     variants = {model.label: model for spec in specs for model in spec.models}
     files = [path for part in parts for path in part.described["files"]]
     sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
-    repeats = [part.repeats for part in parts]
     changes = {key: value for part in parts for key, value in part.described["changed"].items()}
-    resolved = {
-        **parts[0].described, "experiments": [part.declared for part in parts],
-        "repeats": repeats, "replicates": study.replicates, "seed": seed,
-        "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters, "axes": axes,
-        "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
-        "measures": [{"name": name, "unit": measuring.UNITS.get(name, ""), "experiment": place}
-                     for name, place, _ in measures],
+    return {
+        **parts[0].described, "experiments": [part.declared for part in parts], "trials": len(specs),
+        "models": tuple(variants.values()), "changed": changes | parameters,
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
-    judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
-    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, repeats, resolved, parameters)
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:
