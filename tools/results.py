@@ -35,11 +35,13 @@ from experiments.judge import stored
 from experiments.judge.count import Count, count_of
 from experiments.judge.verdict import Verdict
 from experiments.kinds import registry
+from experiments.kinds.kind import planned
 from experiments.paper.page import SIGNS, totals
-from experiments.paper.reproduce import design, planned
+from experiments.paper.reproduce import design
 from experiments.paper.scale import Scale
 from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
 from experiments.store import provenance
+from experiments.store.asked import Asked
 from experiments.store.description import read_description
 from experiments.store.provenance import UNREPEATABLE
 
@@ -160,8 +162,8 @@ def check(root: Path) -> None:
             sys.exit(f"{page} has other numbers than {RESULTS}")
     measured, commit = results["design"], results["measured_with"]["commit"]
     scale = Scale(**{**measured["scale"], "offline": tuple(measured["scale"]["offline"])})
-    planned_now = design(planned(scale, measured["seed"]))["digest"]
-    if "with changes" in commit + results["eyes"]["commit"] or planned_now != measured["digest"]:
+    now = design(planned(Asked(kind="reproduction", declared=scale, seed=measured["seed"])))["digest"]
+    if "with changes" in commit + results["eyes"]["commit"] or now != measured["digest"]:
         sys.exit(f"the reproduction, of commit {commit}, has another design than the code: run make numbers")
     for name, source in sources.items():
         if source["first"] and (other := differences(source)):

@@ -226,14 +226,14 @@ def _trials(
 def _resolved(
     study: Study, parts: Sequence[Part], specs: Sequence[Any], parameters: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return what ``run.json`` has of the parts of a sweep: experiments, models, what is not at its default, the code."""
+    """Return what ``run.json`` has of the parts of a sweep: experiments, models, changed parameters, the code."""
     variants = {model.label: model for spec in specs for model in spec.models}
     files = [path for part in parts for path in part.described["files"]]
     sources = [*dict.fromkeys(model.source for model in variants.values()), *files, *filter(None, (study.file,))]
     changes = {key: value for part in parts for key, value in part.described["changed"].items()}
     return {
         **parts[0].described, "experiments": [part.declared for part in parts], "trials": len(specs),
-        "models": tuple(variants.values()), "changed": changes | parameters,
+        "models": tuple(variants.values()), "changed": {**changes, **parameters},
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
 

@@ -15,7 +15,7 @@ from experiments.base.errors import UsageError
 from experiments.cli import main
 from experiments.draw import video
 from experiments.draw.video import Canvas, Reel, changes, film_times, make, moments, strip
-from experiments.kinds.registry import load_behaviour
+from experiments.kinds.episodes import load_behaviour
 from experiments.show.episodes import play
 from experiments.show.episodes import record as record_episode
 from experiments.show.record import OFF, ON, STILL

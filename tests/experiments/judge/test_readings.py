@@ -8,7 +8,6 @@ import pytest
 from experiments.declare.checks import Check
 from experiments.declare.claim import PAPER, claim_ids
 from experiments.declare.outcome import Outcome
-from experiments.kinds import clips as offline
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.registry import claims_on
 from experiments.paper.claims.clips import ASSUMED, compared
@@ -23,6 +22,7 @@ from tests.experiments.judge.test_replicates import planned_rows
 from tests.helpers.clip_rows import enough, speed_responses
 from tests.helpers.paper import every as every_of
 from tests.helpers.paper import first
+from tests.helpers.plans import planned
 
 CLAIMS = claims_on("clips")
 EMDS = registry.find("constants-emd").models[1:]
@@ -43,8 +43,7 @@ def peaked(rows, model, counts):
 
 def frames(*repeats):
     """Clips of the experiment clutter-frames that are those of clutter-speed: one set of rows a repeat."""
-    experiment = registry.find("clutter-frames")
-    plan = offline.plan(experiment, experiment.models, (), len(repeats), 0)
+    plan = planned("clutter-frames", repeats=len(repeats))
     rows = [
         {**row, "clip": prefix(CLUTTER_SPEED) + row["clip"], "speed_unit": "px/frame", "repeat": r}
         for r, clip_rows in enumerate(repeats)

@@ -22,7 +22,7 @@ from experiments.judge.tests import (
     trend,
     written,
 )
-from experiments.kinds.trials import QUANTITIES, SIGNED
+from experiments.kinds.trials import NEGATIVE, QUANTITIES
 
 few = some.integers(-3, 3)
 QUICK = settings(max_examples=40, deadline=None)
@@ -194,7 +194,7 @@ def test_clusters_that_differ_as_their_values_do_cost_degrees_of_freedom_alone()
 
 @pytest.mark.parametrize("values", [[0, 0, 9], [0, 1, 9, 0], [0, 0, 0, 0, 0, 1]])
 def test_an_interval_of_counts_does_not_go_below_none(values):
-    assert {*SIGNED} == {name for name in QUANTITIES if name.startswith(("peak", "trough", "mean_hs", "drift"))}
+    assert {*NEGATIVE} == {name for name in QUANTITIES if name.startswith(("peak", "trough", "mean_hs", "drift"))}
     bounded, free = summarise(values, lowest=0.0), summarise(values)
     assert bounded.low >= 0.0 and bounded.high == free.high
     assert free.low < 0.0 or bounded == free

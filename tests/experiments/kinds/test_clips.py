@@ -10,13 +10,14 @@ from scipy import stats
 from experiments import Check, Claim
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.judge.count import Count
-from experiments.kinds import clips as offline
 from experiments.kinds import registry
-from experiments.kinds.clips import is_random
+from experiments.kinds.clips import is_random, verdicts
+from experiments.kinds.kind import perform
 from experiments.kinds.registry import claims_on
 from experiments.kinds.tables import NAMES, OFFLINE
 from experiments.show.clips import BOX, open_clip, recorded
 from experiments.store.workers import Workers
+from tests.helpers.plans import planned
 
 
 @pytest.mark.parametrize("name", [*NAMES, *OFFLINE])
@@ -54,11 +55,9 @@ def test_each_replicate_is_judged_on_the_clips_of_its_own_seed():
         return [Check("-", 1, 0)]
 
     mine = Claim(id="mine", says="-", on="clips", reads=("spikes",), judge=judge)
-    batch = offline.plan(
-        OfflineExperiment("mine", "", (TREMBLING,), ("dsnn",), (mine,), repeats=2), ("dsnn",), (), 2, 3
-    )
+    plan = planned(OfflineExperiment("mine", "", (TREMBLING,), ("dsnn",), (mine,), repeats=2), seed=3)
     row = {"model": "dsnn", "object": "present", "clip": "d", "motion": "rightward", "spikes": 3}
-    (found,) = offline.verdicts(batch, [row | {"trial": trial.index, "repeat": trial.repeat} for trial in batch.specs])
+    (found,) = verdicts(plan, [row | {"trial": trial.index, "repeat": trial.repeat} for trial in plan.trials])
     assert asked == [[0], [1]] and found.count == Count(2)
 
 
@@ -76,8 +75,7 @@ def test_the_summary_has_student_s_intervals_of_repeats_that_each_tremble_by_the
     """Only a count's interval ends at 0."""
     leftward = dataclasses.replace(TREMBLING, changes={**dict(CLIP.changes), "motion": "leftward"})
     experiment = OfflineExperiment("mine", "", (leftward,), ("dsnn",), repeats=3)
-    with Workers(0, quiet=True).running(rendering=False) as pool:
-        offline.run(offline.plan(experiment, experiment.models, (), None, 0), tmp_path / "out", pool)
+    perform(planned(experiment), tmp_path / "out", Workers(0, quiet=True))
     trials = pl.read_parquet(tmp_path / "out" / "trials.parquet")
     assert trials["trough_hs"].n_unique() == 3 and trials["trough_hs"].max() < 0
     for line in pl.read_csv(tmp_path / "out" / "summary.csv").iter_rows(named=True):

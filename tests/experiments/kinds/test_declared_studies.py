@@ -15,12 +15,13 @@ from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.registry import shipped_study
 from experiments.paper import reproduce
 from experiments.paper.clips import FASTER as SPEEDS
-from experiments.paper.scale import FULL
+from experiments.paper.scale import FULL, USUAL
 from experiments.paper.studies import onboard
 from experiments.paper.studies.clips import BACKGROUND, BEHIND, at_speed
 from experiments.paper.studies.detectors import EDGE, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row
 from experiments.paper.studies.onboard import BEST, FORMATS, HS, SPIKES, distance
 from experiments.paper.studies.robot import APPARATUS, DEFAULTS, EYES, NETWORK, READINGS
+from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 from tests.experiments.judge.test_replicates import rows_of
 from tests.helpers.clip_rows import T, judge, row
@@ -29,6 +30,12 @@ from tests.helpers.paper import design
 
 def planned(name, seed=0, **changes):
     return sweep_plan.planned(dataclasses.replace(shipped_study(name), **changes), seed)
+
+
+def reproduction(scale, seed=0):
+    """The plans of a reproduction's parts with the robot."""
+    asked = Asked(kind="reproduction", declared=scale, seed=seed, options={"robot_only": True})
+    return reproduce.plan(asked).parts
 
 
 def trials(plan, point, model="dsnn", judged=None):
@@ -72,15 +79,15 @@ def test_moves_change_what_they_name_and_nothing_else():
 
 def test_with_nothing_moved_each_claim_comes_to_what_it_does_in_replicate_0():
     """The first row of the table of sensitivity, of trials whose responses differ with their seeds."""
-    plans = reproduce.planned(dataclasses.replace(reproduce.USUAL, repeats=5), 3, robot_only=True)
+    plans = reproduction(dataclasses.replace(USUAL, repeats=5), 3)
 
     def answers(specs):
         rows = zip(rows_of(specs), (spec for spec in specs for _ in spec.settings.models), strict=True)
         return [{**row, "spikes": row["spikes"] * (spec.seed % 7), "peak_hs": spec.seed % 5 / 20} for row, spec in rows]
 
-    paper = [plans[name].specs for name in registry.paper_experiments()]
+    paper = [plans[name].trials for name in registry.paper_experiments()]
     first = replicate([spec for specs in paper for spec in specs], [row for specs in paper for row in answers(specs)])
-    plan = plans["sensitivity"]
+    plan = plans["sensitivity"].declared
     result = read(plan, answers(plan.specs))
     for claim, _ in plan.claims:
         assert result.outcomes[(("moved", DEFAULTS),), "dsnn", claim.id] == (reproduce.judge(claim.id, first),)
@@ -174,7 +181,9 @@ def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
 def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
     study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST), replicates=1, repeats=1,
                                 probe=onboard.probe_of(BEST), tables=None)  # fmt: skip
-    result = sweep.run(sweep_plan.planned(study), tmp_path / "out", Workers(0, quiet=True))
+    plan = sweep.plan(Asked(kind="sweep", declared=study))
+    with Workers(0, quiet=True).running() as pool:
+        result = sweep.played(plan, tmp_path / "out", pool)
     rows = [row for every in result.replicates.values() for part in every for row in part.rows]
     for found in rows:
         if found["model"] == BEST:
@@ -185,8 +194,8 @@ def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
 
 
 def test_a_reproduction_s_table_of_formats_takes_replicate_0_from_the_moves():
-    whole = reproduce.planned(dataclasses.replace(FULL, replicates=2, repeats=5), 0, robot_only=True)
-    replicates, moves = whole["replicates"], whole["sensitivity"]
+    whole = reproduction(dataclasses.replace(FULL, replicates=2, repeats=5))
+    replicates, moves = whole["replicates"].declared, whole["sensitivity"].declared
     for spec in replicates.specs:
         shows = BEST in {model.label for model in spec.settings.models}
         assert shows == (len(registry.load(spec.experiment).models) == 1)

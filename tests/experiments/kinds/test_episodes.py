@@ -6,48 +6,54 @@ from colias_sim.envs import ENVS, RETURN
 from experiments import UsageError, load, score
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.kinds import episodes as behave
-from experiments.kinds.episodes import env_options, episodes, plan, run
+from experiments.kinds.episodes import env_options
+from experiments.kinds.kind import perform
+from experiments.paper import reproduce
 from experiments.paper.behaviours import GROUPS
-from experiments.paper.reproduce import planned
-from experiments.paper.scale import QUICK
+from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 
 
+def planned(*behaviours, episodes=None, seed=0, values=None, **options):
+    """The plan of episodes; ``values`` are arguments of the env."""
+    return behave.plan(Asked(kind="episodes", what=behaviours, values=values or {}, repeats=episodes, seed=seed,
+                             options=options))  # fmt: skip
+
+
 def test_a_plan_has_the_baselines_of_its_env():
-    planned = plan(["optomotor"], "Avoidance", ["robots=3", "arena=bright"], 2).description
-    assert planned["behaviours"] == ("optomotor", *ENVS[AVOIDANCE].baselines)
-    assert planned["options"] == {"robots": 3, "arena": "bright"} and planned["reference"] == "optomotor"
+    plan = planned("optomotor", episodes=2, values={"robots": "3", "arena": "bright"}, env="Avoidance")
+    assert plan.declared.names == ("optomotor", *ENVS[AVOIDANCE].baselines)
+    assert plan.document()["options"] == {"robots": 3, "arena": "bright"} and plan.declared.reference == "optomotor"
 
 
 def test_a_group_is_played_at_the_same_seeds_with_what_it_is_compared_with():
-    planned = plan(["escape"], count=2, seed=7)
-    played_by = planned.description["behaviours"]
-    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and planned.description["reference"] == "hybrid"
-    seeds = [tuple(trial.seed for trial in planned.specs if trial.condition == name) for name in played_by]
+    plan = planned("escape", episodes=2, seed=7)
+    played_by = plan.declared.names
+    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and plan.declared.reference == "hybrid"
+    seeds = [tuple(trial.seed for trial in plan.trials if trial.condition == name) for name in played_by]
     assert set(seeds) == {(7, 8)}
-    assert plan(["escape"], baselines=False).description["behaviours"] == GROUPS["escape"]
-    pilot = plan(["hybrid", "lgmd"], count=3, seed=1000, baselines=False)
-    assert pilot.description["behaviours"] == ("hybrid", "lgmd")
-    assert sorted(trial.index for trial in pilot.specs) == list(range(6))
+    assert planned("escape", baselines=False).declared.names == GROUPS["escape"]
+    pilot = planned("hybrid", "lgmd", episodes=3, seed=1000, baselines=False)
+    assert pilot.declared.names == ("hybrid", "lgmd")
+    assert sorted(trial.index for trial in pilot.trials) == list(range(6))
 
 
 def test_options_are_typed_whole_or_entry_by_entry_over_a_policys_own():
-    typed = ["camera=ov7670", "camera.ae_steps=5", "noise=0.5"]
+    typed = {"camera": "ov7670", "camera.ae_steps": "5", "noise": "0.5"}
     options = env_options(OPTOMOTOR, typed, {"robot": "colias4", "noise": 2.0})
     assert options == {"robot": "colias4", "camera": {"preset": "ov7670", "ae_steps": 5}, "noise": 0.5}
 
 
-@pytest.mark.parametrize(
-    "typed", ["robots", "robots=none", "rubots=3", "model=dsnn", "observation=state", "noise.sd=1"]
-)
+@pytest.mark.parametrize("typed", ["robots=none", "rubots=3", "model=dsnn", "observation=state", "noise.sd=1"])
 def test_wrong_options_are_refused(typed):
     with pytest.raises(UsageError, match="--set"):
-        env_options(AVOIDANCE, [typed])
+        env_options(AVOIDANCE, dict([typed.split("=")]))
 
 
 def test_a_reproduction_plays_behaviours_at_equal_seeds():
-    parts = [part for name, part in planned(QUICK, 7).items() if name.startswith("behave-")]
-    assert {trial.seed for part in parts for trial in part.specs} == {7}
+    whole = reproduce.plan(Asked(kind="reproduction", options={"scale": "quick"}, seed=7))
+    parts = [part for name, part in whole.parts.items() if name.startswith("behave-")]
+    assert {trial.seed for part in parts for trial in part.trials} == {7}
 
 
 def test_episodes_that_are_scored_have_seeds_of_their_own(monkeypatch):
@@ -59,16 +65,16 @@ def test_episodes_that_are_scored_have_seeds_of_their_own(monkeypatch):
 
 def short(seed=0, **options):
     """Two behaviours, two episodes each, of a few frames."""
-    return episodes(("optomotor", "still"), OPTOMOTOR, options, 2, seed, steps=12)
+    return planned("optomotor", "still", episodes=2, seed=seed, values=options, baselines=False, steps=12,
+                   recordings=True)  # fmt: skip
 
 
-def played(planned, folder, workers=0, recordings=0):
-    with Workers(workers, quiet=True).running() as pool:
-        return run(planned, folder, pool, recordings=recordings)
+def played(plan, folder, workers=0):
+    return perform(plan, folder, Workers(workers, quiet=True))
 
 
 def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
-    report = played(short(), tmp_path / "run", recordings=2)
+    report = played(short(), tmp_path / "run")
     trials = report.trials
     assert trials["model"].to_list() == ["optomotor"] * 2 + ["still"] * 2 and trials["seed"].to_list() == [0, 1, 0, 1]
     assert trials["frames"].to_list() == [12] * 4 and report.failures.is_empty()
@@ -81,14 +87,17 @@ def test_a_run_is_a_folder_like_every_run_and_goes_on_where_it_was(tmp_path):
     assert loaded.figure().get_suptitle() and loaded.claims.is_empty()
 
     trials[1:2].write_parquet(tmp_path / "run" / "trials.parquet")  # as if one episode alone were played
-    assert played(short(), tmp_path / "run", workers=2, recordings=2).trials.equals(trials)
+    assert played(short(), tmp_path / "run", workers=2).trials.equals(trials)
     for other in (short(seed=1), short(noise=0.5)):
         with pytest.raises(UsageError, match="choose another"):
-            played(other, tmp_path / "run", recordings=2)
+            played(other, tmp_path / "run")
 
 
 def test_claims_are_judged_where_their_behaviours_play_in_the_env_as_it_is(tmp_path):
-    pair = ("fixation-pi", "still")
-    (verdict,) = played(episodes(pair, FIXATION, {}, 1, 0, steps=3), tmp_path / "b4").verdicts
+
+    def of_pair(**values):
+        return planned("fixation-pi", "still", episodes=1, values=values, baselines=False, steps=3)
+
+    (verdict,) = played(of_pair(), tmp_path / "b4").verdicts
     assert (verdict.id, verdict.experiment, verdict.outcome.verdict) == ("B4", FIXATION, "not shown")
-    assert not played(episodes(pair, FIXATION, {"noise": 0.5}, 1, 0, steps=3), tmp_path / "other").verdicts
+    assert not played(of_pair(noise=0.5), tmp_path / "other").verdicts

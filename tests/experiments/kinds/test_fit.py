@@ -13,13 +13,13 @@ from experiments.base.errors import UsageError
 from experiments.cli import main
 from experiments.declare.checks import Check
 from experiments.declare.outcome import Outcome
-from experiments.declare.study import Study
+from experiments.declare.study import Fit, Study
 from experiments.draw import fit as report
 from experiments.judge.sweep import MOST_SLACK, slack
 from experiments.judge.tests import proportion_interval
-from experiments.kinds.fit import RESULTS, Fit, at, box_of, planned, scored, spread, study_of
-from experiments.kinds.registry import shipped_study
+from experiments.kinds.fit import RESULTS, at, box_of, plan, scored, spread, study_of
 from experiments.kinds.tables import FITS
+from experiments.store.asked import Asked
 
 pytest.importorskip("optuna")
 
@@ -215,7 +215,7 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
 
 
 def test_the_fits_that_ship_can_be_made():
-    rendered = {name for name in FITS if planned(shipped_study(name))[1]}
+    rendered = {name for name in FITS if plan(Asked(kind="fit", what=(name,))).declared.outside}
     assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
 
 
@@ -243,8 +243,9 @@ def test_ranges_are_of_the_kind_of_their_fields():
     "over", ["dsnn.t_sp=0.3..0.1", "dsnn.t_sp=0.1..nan", "dsnn.t_sp", "dsnn.nonsense=1..2", "dsnn.t_sp=-1..0.3"]
 )
 def test_what_is_no_range_is_refused_before_anything_runs(over):
+    fit = Fit(Study("fit", "a fit", claims=("C14",), experiments=("general",)), (over,))
     with pytest.raises(UsageError):
-        planned(Fit(Study("fit", "a fit", claims=("C14",), experiments=("general",)), (over,)))
+        plan(Asked(kind="fit", declared=fit))
 
 
 def test_parameters_that_move_together_have_one_value():

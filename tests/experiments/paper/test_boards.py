@@ -17,13 +17,20 @@ from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
 from experiments.judge.roc import alarm_count, median_interval
 from experiments.judge.tests import first_alarm_s
+from experiments.kinds.kind import perform
 from experiments.paper import boards as board
 from experiments.paper.boards import DIRECTION, LOOMING, RESPONSES
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import choose
 from experiments.show.clips import ClipTrial
+from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 from tests.helpers import user_files
+
+
+def planned(*models):
+    """The plan of a board of these models, at one repeat."""
+    return board.plan(Asked(kind="leaderboard", models=models, only=True, repeats=1))
 
 
 def table(*rows):
@@ -130,8 +137,7 @@ def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypat
         rows += [*ways, {"shown": "looming", "strength": 0.5, "model": name}] if value else []
     shown = table(*rows)
     models = [dataclasses.replace(choose("emd"), label=name) for name in given]
-    planned = {DIRECTION: [type("Batch", (), {"specs": [type("Trial", (), {"models": models})]})]}
-    (ranked,) = board.rank(planned, {"robot": shown, DIRECTION: shown}, {"us_99x72": {"c": [4.0]}}).values()
+    (ranked,) = board.rank({DIRECTION: models}, {"robot": shown, DIRECTION: shown}, {"us_99x72": {"c": [4.0]}}).values()
     assert ranked["model"].to_list() == ["d", "c", "a", "b", "loom", "gone"]
     second = ranked.row(1, named=True)
     assert (second["direction_robot"], second["direction_robot_n"], second["us_99x72"]) == (0.75, 4, 4.0)
@@ -148,8 +154,8 @@ def test_times_have_the_interval_of_order_statistics_and_a_model_that_raises_has
 
 
 def test_each_model_stands_on_the_boards_of_its_channels():
-    planned = board.plan(list(MODELS), 1, 0)
-    boards = {part: {model.label for model in planned[part][0].specs[0].models} for part in (DIRECTION, LOOMING)}
+    parts = board.parts_of(planned(*MODELS))
+    boards = {part: {model.label for model in parts[part][0].models} for part in (DIRECTION, LOOMING)}
     assert boards[DIRECTION] & boards[LOOMING] == {"hybrid"}
     assert boards[LOOMING] == {name for name in MODELS if "looming" in MODELS[name].channels}
     assert boards[DIRECTION] | boards[LOOMING] == set(MODELS)
@@ -197,18 +203,19 @@ def few(monkeypatch):
 
 def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
     (tmp_path / "my_model.py").write_text(user_files.MODEL)
-    planned = board.plan(["lgmd1", str(tmp_path / "my_model.py")], 1, 0)
-    boards, failures = board.run(planned, tmp_path / "out", Workers(0))
-    assert not failures
+    plan = planned("lgmd1", str(tmp_path / "my_model.py"))
+    run = perform(plan, tmp_path / "out", Workers(0))
+    boards = board.tables(run)
+    assert run.failures.is_empty()
     assert boards[DIRECTION].select("model", "direction_robot", "direction_robot_n").rows() == [("gradient", 1.0, 2)]
     assert boards[LOOMING]["model"].to_list() == ["lgmd1"]
-    again, _ = board.run(planned, tmp_path / "out", Workers(0))
+    again = board.tables(perform(plan, tmp_path / "out", Workers(0)))
     assert capsys.readouterr().err.count(" of them done already") == 5
     for kind in (DIRECTION, LOOMING):
         assert boards[kind].equals(again[kind])
         assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
     with pytest.raises(UsageError, match="emd"):
-        board.run(board.plan(["emd"], 1, 0), tmp_path / "out", Workers(0, quiet=True))
+        perform(planned("emd"), tmp_path / "out", Workers(0, quiet=True))
 
 
 def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):

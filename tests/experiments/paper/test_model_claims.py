@@ -9,7 +9,7 @@ from dsnn import MODELS
 from experiments.base.errors import UsageError
 from experiments.paper.claims.model_clips import CLIPS, GROUPS, names
 from experiments.paper.claims.models import claim_on_clips, model_claims
-from experiments.paper.reproduce import asked, judge_models
+from experiments.paper.reproduce import claims_of, judge_models
 from experiments.store.workers import Workers
 
 EVERY = [claim for claims in model_claims().values() for claim in claims]
@@ -93,13 +93,13 @@ def test_the_way_is_that_of_the_strongest_potential():
 
 
 def test_settings_go_to_every_variant_of_a_model():
-    variants = [claim for claim, _ in asked(["si-lgmd1:preset=firmware", "lplc2-gf"])]
+    variants = [claim for claim, _ in claims_of(["si-lgmd1:preset=firmware", "lplc2-gf"])]
     assert set.union(*(set(claim.models) for claim in variants)) == {
         "si-lgmd1:preset=firmware", "si-lgmd1:beta_3=0,preset=firmware", "lplc2-gf", "lplc2-gf:fps=100",
     }  # fmt: skip
-    assert {name for _, name in asked(["all"])} == set(model_claims())
+    assert {name for _, name in claims_of(["all"])} == set(model_claims())
     with pytest.raises(UsageError, match="--model emd: no claims"):
-        asked(["emd"])
+        claims_of(["emd"])
 
 
 def test_the_command_judges_a_model_s_own_claims(tmp_path, colias):

@@ -13,12 +13,14 @@ from experiments.declare.study import WHOLE
 from experiments.judge import stored
 from experiments.judge.count import Count
 from experiments.kinds import registry
+from experiments.kinds.kind import planned
 from experiments.paper import reproduce
-from experiments.paper.reproduce import judge, planned, pooled, verdicts
+from experiments.paper.reproduce import judge, pooled, verdicts
 from experiments.paper.scale import FULL, QUICK, USUAL, Scale
 from experiments.paper.studies.robot import SENSITIVITY
 from experiments.show import play
 from experiments.show.robot import RobotTrial
+from experiments.store.asked import Asked
 from tests.experiments.judge.test_replicates import rows_of
 from tests.helpers import user_files
 from tests.helpers.inside import inside
@@ -54,7 +56,7 @@ def small():
         patch.setattr(registry, "paper_experiments", lambda: PLACES)
         patch.setattr(registry, "answering", lambda: answering)
         patch.setattr(reproduce, "SHOWN", ())
-        patch.setattr(reproduce, "QUICK", SMALL)
+        patch.setattr(reproduce, "SCALES", {"quick": SMALL})
         yield patch
 
 
@@ -160,7 +162,7 @@ def test_every_experiment_that_declares_a_claim_is_run_and_judges_it():
 
 def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     assert all(scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL)) and QUICK.repeats < WHOLE
-    plans = planned(USUAL, 7)
-    others = plans["replicates"]
+    parts = planned(Asked(kind="reproduction", seed=7)).parts
+    others = parts["replicates"].declared
     assert (others.seed, others.study.replicates) == (8, 4), "replicate 0 is not run twice"
-    assert len(others.specs) == 4 * sum(len(plans[name].specs) for name in registry.paper_experiments())
+    assert len(others.specs) == 4 * sum(len(parts[name].trials) for name in registry.paper_experiments())

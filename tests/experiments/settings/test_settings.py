@@ -8,9 +8,9 @@ from colias_sim import RobotConfig
 from experiments.base.errors import UsageError
 from experiments.kinds import registry
 from experiments.kinds.tables import NAMES
-from experiments.kinds.trials import plan
 from experiments.settings.apparatus import configure, sections
 from experiments.settings.settings import described
+from tests.helpers.plans import planned
 
 
 def configured(*assignments):
@@ -72,7 +72,7 @@ def test_every_experiment_is_a_whole_declaration(name):
     assert len(set(conditions)) == len(conditions) > 0
     assert len({getattr(c, experiment.varies) for c in conditions}) > 1
     assert experiment.repeats == 10
-    assert len(plan(experiment, ["dsnn"], [], 1, 0).specs) == len(conditions), "it can run as declared"
+    assert len(planned(name, ["dsnn"], repeats=1).trials) == len(conditions), "it can run as declared"
 
 
 def test_models_have_sections_of_their_own_and_families_share_one():

@@ -9,7 +9,7 @@ from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR, PURSUIT
-from experiments.kinds.registry import load_behaviour
+from experiments.kinds.episodes import load_behaviour
 from experiments.paper.behaviours import BEHAVIOURS
 from experiments.show.episodes import play, response, wheels
 from tests.helpers.recordings import columns

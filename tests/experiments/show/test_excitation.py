@@ -11,15 +11,14 @@ from dsnn import ReferenceDSNN
 from dsnn.direction import reference as layers
 from dsnn.filters import alpha
 from experiments.declare.experiment import NEEDED
-from experiments.kinds import registry
-from experiments.kinds.trials import plan
-from experiments.paper.reproduce import planned
-from experiments.paper.scale import QUICK
+from experiments.kinds.kind import planned
 from experiments.show.excitation import BALANCED, WHOLE, sums
+from experiments.store.asked import Asked
+from tests.helpers import plans
 
 SHAPE, FRAMES = (24, 40), 24
-MADE = plan(registry.load("approach-mechanism"), NEEDED, (), 1, 0)
-NETWORKS = {model.label: model for model in MADE.specs[0].models}
+MADE = plans.planned("approach-mechanism", NEEDED, repeats=1)
+NETWORKS = {model.label: model for model in MADE.trials[0].models}
 W_I = NETWORKS[WHOLE].network.w_i
 ROUNDING = 1e-4
 """Of E and I, relative to their largest: the network sums float32."""
@@ -107,12 +106,12 @@ def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
 
 @pytest.mark.parametrize("motion", ["approach", "recession"])
 def test_the_trials_are_those_that_the_claims_are_judged_on(motion):
-    plans = planned(QUICK, 5)
-    judged, mechanism = plans[f"angular-{motion}"], plans[f"{motion}-mechanism"]
-    assert [model.label for model in mechanism.specs[0].models] == list(NEEDED), "and no other models"
-    one, other = ([(spec.seed, spec.condition) for spec in run_plan.specs] for run_plan in (judged, mechanism))
+    parts = planned(Asked(kind="reproduction", seed=5, options={"scale": "quick"})).parts
+    judged, mechanism = parts[f"angular-{motion}"], parts[f"{motion}-mechanism"]
+    assert [model.label for model in mechanism.trials[0].models] == list(NEEDED), "and no other models"
+    one, other = ([(spec.seed, spec.condition) for spec in run_plan.trials] for run_plan in (judged, mechanism))
     assert one == other
-    assert len({dataclasses.replace(run_plan.specs[0].settings, models=()) for run_plan in (judged, mechanism)}) == 1
+    assert len({dataclasses.replace(run_plan.trials[0].settings, models=()) for run_plan in (judged, mechanism)}) == 1
 
 
 @pytest.fixture(scope="module")

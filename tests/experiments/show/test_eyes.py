@@ -3,25 +3,24 @@
 import numpy as np
 import pytest
 
-from experiments.kinds import registry
-from experiments.kinds.trials import plan
 from experiments.show.robot import through
+from tests.helpers import plans
 from tests.helpers.played import Played
 from tests.helpers.recordings import columns
 
 
-def planned(*changes, both=False):
-    return plan(registry.load("distance"), ("dsnn",), changes, 1, 0, both=both)
+def planned(*changes, eyes="one"):
+    return plans.planned("distance", ("dsnn",), changes, 1, eyes=eyes).trials
 
 
 @pytest.fixture(scope="module")
 def seen():
-    (spec, *_) = planned(both=True).specs
+    (spec, *_) = planned(eyes="both")
     return Played(spec, maps=True)
 
 
 def alone(*changes):
-    (spec, *_) = planned(*changes).specs
+    (spec, *_) = planned(*changes)
     return Played(spec)
 
 
@@ -60,20 +59,19 @@ def test_only_the_name_of_a_preset_is_an_eye():
 def test_the_eyes_have_size_clock_field_and_place_in_common():
     """A setting that says where the camera is, and how far it sees, is one of the robot: each eye has it."""
     place = ("camera.width=50", "camera.fps=25", "camera.hfov_deg=60", "camera.forward_cm=1", "camera.up_cm=1")
-    both = Played(planned(*place, both=True).specs[0]).media.images["ov7670"]
+    both = Played(planned(*place, eyes="both")[0]).media.images["ov7670"]
     (single,) = alone("camera.preset=ov7670", *place).media.images.values()
     assert np.array_equal(both, single)
 
 
 def test_the_eyes_have_size_and_clock_in_common():
-    run_plan = planned("camera.width=50", "camera.fps=25", both=True)
-    result = Played(run_plan.specs[0], maps=True)
+    result = Played(planned("camera.width=50", "camera.fps=25", eyes="both")[0], maps=True)
     assert {frames.shape[1:] for frames in result.media.images.values()} == {(72, 50)}
 
 
 def test_the_eyes_have_field_and_place_in_common():
     """A setting that says where the camera is, and how far it sees, is one of the robot: each eye has it."""
     place = ("camera.hfov_deg=60", "camera.forward_cm=1", "camera.up_cm=1")
-    both = Played(planned(*place, both=True).specs[0]).media.images["ov7670"]
+    both = Played(planned(*place, eyes="both")[0]).media.images["ov7670"]
     (single,) = alone("camera.preset=ov7670", *place).media.images.values()
     assert np.array_equal(both, single)

@@ -8,8 +8,8 @@ import pytest
 from colias_sim import CameraConfig
 from experiments import Condition, Experiment, Leg, Trajectory, UsageError
 from experiments.declare.experiment import Listed
-from experiments.kinds.trials import plan
 from tests.experiments.show.test_trial import trial_of
+from tests.helpers import plans
 from tests.helpers.played import Played
 
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0, exposure_ms=0.0)
@@ -20,7 +20,7 @@ def result_of(condition, *, maps=False, **changes):
 
 
 def planned(*conditions, assignments=()):
-    return plan(Experiment("mine", "", Listed(conditions), "motion", 1), ("dsnn",), assignments, 1, 0)
+    return plans.planned(Experiment("mine", "", Listed(conditions), "motion", 1), ("dsnn",), assignments, 1)
 
 
 def crossing(speed=4.0, to=20.0, length=20.0, **place):

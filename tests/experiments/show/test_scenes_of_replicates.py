@@ -10,12 +10,12 @@ from dsnn.stimuli import SCENES
 from experiments import Clip, Study
 from experiments.base.files import to_json
 from experiments.kinds import registry, sweep_plan
-from experiments.kinds.clips import plan, play_clip
-from experiments.kinds.trials import plan as robot_plan
+from experiments.kinds.clips import play_clip
 from experiments.settings.models import choose
 from experiments.settings.pictures import folder_pictures
 from experiments.show.clips import clips_of, trials_of
 from experiments.store.description import differences
+from tests.helpers.plans import planned
 
 DEPTH = registry.find("clutter-depth")
 
@@ -48,17 +48,17 @@ def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
     study_plan = sweep_plan.planned(
         Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=6), 3
     )
-    ran = plan(DEPTH, DEPTH.models, (), 6, 3)
-    assert [(s.seed, s.condition) for s in study_plan.specs] == [(s.seed, s.condition) for s in ran.specs]
-    assert [s.seed for s in ran.specs] == [3 + k for k in range(6) for _ in DEPTH.clips]
+    ran = planned(DEPTH, repeats=6, seed=3)
+    assert [(s.seed, s.condition) for s in study_plan.specs] == [(s.seed, s.condition) for s in ran.trials]
+    assert [s.seed for s in ran.trials] == [3 + k for k in range(6) for _ in DEPTH.clips]
 
 
 def test_a_run_s_description_has_the_scene_of_each_replicate():
     """So that a run before windows of one photograph is not gone on with before scenes."""
-    assert plan(DEPTH, DEPTH.models, (), 3, 0).description["backgrounds"] == ["photograph", "dead-leaves", "pink"]
-    assert "backgrounds" not in plan(registry.find("clean"), ["dsnn"], (), None, 0).description
+    assert planned(DEPTH, repeats=3).resolved["backgrounds"] == ["photograph", "dead-leaves", "pink"]
+    assert "backgrounds" not in planned("clean").resolved
     study = Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=2)
-    assert sweep_plan.planned(study).description["backgrounds"] == ["photograph", "dead-leaves"]
+    assert sweep_plan.planned(study).resolved["backgrounds"] == ["photograph", "dead-leaves"]
 
 
 def test_rows_say_what_is_behind_the_object(tmp_path):
@@ -83,17 +83,17 @@ def test_replicate_r_has_picture_r_in_the_order_of_names(tmp_path):
 
 
 def test_the_wall_has_the_first_picture(tmp_path):
-    user_pictures = folder_pictures(pictures_in(tmp_path / "own", "1.png", "2.png", "3.png"))
-    trial_plan = robot_plan(registry.load("general"), ["dsnn"], (), 2, 5, user_pictures)
-    assert {spec.settings.scene.wall for spec in trial_plan.specs} == {user_pictures[0]}
+    folder = pictures_in(tmp_path / "own", "1.png", "2.png", "3.png")
+    trial_plan = planned("general", ["dsnn"], repeats=2, seed=5, pictures=str(folder))
+    assert {trial.settings.scene.wall for trial in trial_plan.trials} == {str(folder / "1.png")}
     assert "scene.wall" not in trial_plan.parameters  # as a replicate's wall is no setting of all trials
 
 
 def test_a_run_is_not_gone_on_with_where_a_picture_has_changed(tmp_path):
     told = []
     for grey in (100, 101):
-        user_pictures = folder_pictures(pictures_in(tmp_path / "own", "1.png", grey=grey))
-        told.append(json.loads(to_json(plan(DEPTH, DEPTH.models, (), 2, 0, user_pictures).description)))
+        folder = pictures_in(tmp_path / "own", "1.png", grey=grey)
+        told.append(json.loads(to_json(planned(DEPTH, repeats=2, pictures=str(folder)).document())))
     (difference,) = differences(*told)
     assert difference[0].startswith("pictures")
     assert differences(told[0], told[0]) == []

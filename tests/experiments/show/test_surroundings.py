@@ -9,9 +9,8 @@ import pytest
 from experiments import Experiment, Translation
 from experiments.base.errors import UsageError
 from experiments.draw.video import Reel
-from experiments.kinds import registry
-from experiments.kinds.trials import plan
 from experiments.show.course import nominal
+from tests.helpers import plans
 from tests.helpers.played import Played
 from tests.helpers.recordings import columns
 
@@ -27,7 +26,7 @@ def pillar(x, y, radius=0.01, half=0.04):
 
 
 def planned(arena, *settings):
-    return plan(registry.load("speed"), ("dsnn",), [f"scene.arena={arena}", *settings], 1, 0)
+    return plans.planned("speed", ("dsnn",), [f"scene.arena={arena}", *settings], 1)
 
 
 def test_a_hull_fits_by_the_room_that_is_measured(tmp_path):
@@ -42,7 +41,7 @@ def test_a_hull_fits_by_the_room_that_is_measured(tmp_path):
 
 def test_a_wider_stimulus_begins_farther_out(tmp_path):
     """The run-up is as long; the edge of the view is passed by a body of the width that is set."""
-    usual, wide = (planned("bright", f"scene.shell_width_cm={width}").specs[0] for width in (4, 6))
+    usual, wide = (planned("bright", f"scene.shell_width_cm={width}").trials[0] for width in (4, 6))
     (one, other) = (nominal(spec.condition, spec.settings)["stimulus"].route.start.y for spec in (usual, wide))
     half_view = math.radians(usual.settings.camera.hfov_deg / 2)
     assert 100 * (other - one) == pytest.approx(1.0 / math.cos(half_view))
@@ -53,7 +52,7 @@ def test_the_files_of_a_scene_are_on_its_run_s_record(tmp_path):
     arena, picture = written(tmp_path, ""), str(tmp_path / "own.png")
     cv2.imwrite(picture, np.full((8, 8), 90, np.uint8))
     made = planned(arena, f"scene.shell_picture={picture}")
-    assert made.description["files"].keys() == {arena, picture}
+    assert made.resolved["files"].keys() == {arena, picture}
     assert [names["dsnn"] for names in made.parameters.values()] == ["own.xml", "own.png"]
 
 
@@ -63,9 +62,9 @@ def test_an_edited_arena_is_compiled_anew(tmp_path):
     peaks = []
     for body in ("", '<geom type="box" size="0.001 0.3 0.15" pos="0.2 0 0.15" rgba="0.02 0.02 0.02 1"/>'):
         written(tmp_path, body)
-        spec = plan(
-            Experiment("e", "one", Translation((20,), (8,)), varies="speed_cm_s", arena=source), ("dsnn",), (), 1, 0
-        ).specs[0]
+        spec = plans.planned(
+            Experiment("e", "one", Translation((20,), (8,)), varies="speed_cm_s", arena=source), ("dsnn",), repeats=1
+        ).trials[0]
         peaks.append(Played(spec).answers[0].peak_hs)
     assert peaks[0] > peaks[1] + 0.1, "a black robot before a black card"
 
@@ -74,7 +73,7 @@ def test_a_recording_draws_the_obstacles(tmp_path):
     reels = []
     for arena in ("bright", written(tmp_path, pillar(0.2, 0.0))):
         path = tmp_path / "trial.rrd"
-        path.write_bytes(Played(planned(arena, "experiment.speeds_cm_s=30").specs[0], maps=True).recording)
+        path.write_bytes(Played(planned(arena, "experiment.speeds_cm_s=30").trials[0], maps=True).recording)
         reels.append(Reel(path))
     assert not reels[0].obstacles
     (outline,) = reels[1].obstacles
@@ -86,7 +85,7 @@ def test_a_recording_draws_the_shell_as_the_condition_of_its_trial_sets_it(tmp_p
 
     def colours(experiment, *settings):
         path = tmp_path / "trial.rrd"
-        path.write_bytes(Played(plan(registry.load(experiment), ("dsnn",), settings, 1, 0).specs[0]).recording)
+        path.write_bytes(Played(plans.planned(experiment, ("dsnn",), settings, 1).trials[0]).recording)
         return columns(path, static=True)["/world/stimulus"]["colors"]
 
     by_condition = colours("contrast", "experiment.shell_greys=0.7", "scene.shell_grey=0.3")
