@@ -39,7 +39,7 @@ MOST_TICKS = 6
 CONDITIONS = 5
 """Most conditions of excitation in a row."""
 BANDS = "Lines: means; bands: their 95 % interval; T: threshold. Below: filled HS, line HS with w_i = 1."
-TIME, BEARING = ("sim_time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
+TIME, BEARING = ("time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
 SUMS = {"excitation": ("excitation", style.HUES[0]), "weighted_inhibition": ("inhibition", style.HUES[1])}
 HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "residue": ("leftover", style.HUES[3])}
@@ -361,7 +361,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
 
 def _over_time(panels: Any, of: pl.DataFrame, threshold: float | None, *, first: bool) -> None:
     """Draw one condition: excitation and inhibition, HS, and the share of trials that spike."""
-    time, n = of["sim_time_s"].to_numpy(), of["n"].to_numpy()
+    time, n = of["time_s"].to_numpy(), of["n"].to_numpy()
     for axes, names in zip(panels, (SUMS, HS), strict=False):
         for column, (label, colour) in names.items():
             mean = of[column].to_numpy()

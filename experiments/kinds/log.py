@@ -31,7 +31,6 @@ from experiments.robot.logs import (
     MEASURED,
     SCHEMA,
     SIMULATION,
-    TIME,
     LogTrial,
     condition_of,
     lacking,
@@ -192,7 +191,7 @@ def write(recorded: Run, out: Path) -> None:
     conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
     conditions = conditions.filter(~pl.col("model").str.ends_with(f"{MARK}{TRUE}"))
     table = recorded.frames.join(conditions, on=["trial", "model"], how="inner", maintain_order="left")
-    table = table.rename({"sim_time_s": TIME}).with_columns(pl.lit(SIMULATION).alias("origin"))
+    table = table.with_columns(pl.lit(SIMULATION).alias("origin"))
     there = [name for name in SCHEMA if table[name].null_count() < table.height]
     out.mkdir(parents=True, exist_ok=True)
     table.select(there).write_csv(out / LOG)

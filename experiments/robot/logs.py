@@ -229,7 +229,7 @@ class LogTrial(Trial):
         if self.frames is not None:
             frames = read_frames(trial_folder(self.frames, self.index), self.shape)
         for row, image in zip(rows, frames, strict=True):
-            truth = {"robot": OBSERVER, "sim_time_s": row[TIME], "stimulus_bearing_deg": None}
+            truth = {"robot": OBSERVER, "time_s": row[TIME], "stimulus_bearing_deg": None}
             truth |= {name: row.get(name) for name in POSES}
             if self.tracked:
                 stimulus, observer = (pose_of(itemgetter(*names)(row)) for names in (POSES[:3], POSES[3:]))
@@ -287,7 +287,7 @@ def record(trial: LogTrial, showings: Sequence[Showing], rows: Sequence[Mapping[
     truth, shown = showing.truth(), showing.series()
     images = {"": np.stack([sample.image for sample in showing.samples])} if trial.frames else {}
     by_model = {model.label: series for model, series in shown}
-    frames = rerun.Frames(truth["sim_time_s"].to_numpy(), np.arange(truth.height), by_model, images)
+    frames = rerun.Frames(truth["time_s"].to_numpy(), np.arange(truth.height), by_model, images)
     content = rerun.Content(tuple(rerun.RecordedModel.of(model) for model, _ in shown), tuple(images))
     origin = rows[0][COLUMN]
     values = {"experiment": trial.experiment, "trial": trial.index, COLUMN: origin, **trial.condition.columns()}

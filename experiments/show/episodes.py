@@ -43,7 +43,7 @@ EPISODES = pl.Schema(
 """Columns of ``trials.parquet``: a row per episode, ``model`` being the behaviour. Null where an env has no such."""
 STEPS = FRAMES | pl.Schema(
     {"robot": str}
-    | dict.fromkeys(("sim_time_s", "x_cm", "y_cm", "heading_deg", "left_wheel", "right_wheel", "reward"), float)
+    | dict.fromkeys(("time_s", "x_cm", "y_cm", "heading_deg", "left_wheel", "right_wheel", "reward"), float)
 )
 """Columns of ``frames.parquet``: a row per frame of an episode; responses are null where nothing is seen."""
 WHEELS = "world/observer/wheels"
@@ -181,7 +181,7 @@ class Episode:
         return pl.DataFrame(
             {
                 "trial": index, "model": self.name, "frame": range(len(self.rewards)), "robot": OBSERVER,
-                "sim_time_s": self.time_s, "x_cm": x_cm, "y_cm": y_cm, "heading_deg": heading_deg, "left_wheel": left,
+                "time_s": self.time_s, "x_cm": x_cm, "y_cm": y_cm, "heading_deg": heading_deg, "left_wheel": left,
                 "right_wheel": right, "reward": self.rewards,
                 **{name: getattr(series, name, None) for name in FIELDS},
             }

@@ -53,7 +53,7 @@ def sums(frames: pl.DataFrame, w_i: float) -> pl.DataFrame:
         as it is and, as ``spikes_w_i_1``, with w_i = 1. A trial in which one of the models is missing is left out.
     """
     shown = {label: frames.filter(pl.col("model") == label) for label in NEEDED}
-    joined = shown[WHOLE].select("trial", "frame", "sim_time_s", hs="hs", spikes="hs_spikes")
+    joined = shown[WHOLE].select("trial", "frame", "time_s", hs="hs", spikes="hs_spikes")
     balanced = shown[BALANCED].select("trial", "frame", hs_w_i_1="hs", spikes_w_i_1="hs_spikes")
     for other in (balanced, *(shown[label].select("trial", "frame", pl.col("hs").alias(label)) for label in PARTS)):
         joined = joined.join(other, on=("trial", "frame"), maintain_order="left")
@@ -101,7 +101,7 @@ def table(rows: Rows, frames: pl.DataFrame, w_i: float) -> pl.DataFrame:
         .with_columns(n=n)
         .group_by(*MOTION, "frame", maintain_order=True)
         .agg(
-            pl.lit(w_i).alias("w_i"), pl.col("sim_time_s", "n").first(), *(curve.mean() for curve in (*curves, i)),
+            pl.lit(w_i).alias("w_i"), pl.col("time_s", "n").first(), *(curve.mean() for curve in (*curves, i)),
             *(curve.std().name.suffix("_sd") for curve in curves), pl.col(*fires, *fired).sum(),
         )
         .filter(pl.col("n") == pl.col("n").max().over(*MOTION))

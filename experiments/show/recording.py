@@ -81,7 +81,7 @@ def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries]) ->
     }
     exposure = {eye: np.array([sample.truth["exposure_ms"] for sample in of_eye]) for eye, of_eye in samples.items()}
     return Frames(
-        truth["sim_time_s"].to_numpy(), np.arange(truth.height), responses,
+        truth["time_s"].to_numpy(), np.arange(truth.height), responses,
         {eye: np.stack([sample.image for sample in of_eye]) for eye, of_eye in samples.items()}, poses,
         dict(zip(MAP_SCALES, np.stack(layers, axis=1), strict=True)) if layers else {},
         {_exposure(eye): values for eye, values in exposure.items()

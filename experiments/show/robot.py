@@ -205,7 +205,7 @@ class RobotSource:
         ahead = bearing(poses["observer"], poses["stimulus"], self.trial.settings.camera.forward_cm / 100)
         self._tracker.see(poses["stimulus"])
         truth: dict[str, Any] = {
-            "robot": OBSERVER, "sim_time_s": frame.time, "stimulus_bearing_deg": math.degrees(ahead),
+            "robot": OBSERVER, "time_s": frame.time, "stimulus_bearing_deg": math.degrees(ahead),
             "along_m": self._tracker.along, "offset_m": self._tracker.offset,
             "exposure_ms": frame.exposure_ms, "row_time_us": frame.row_time_us,
             "darkest": int(darkest), "brightest": int(brightest),
@@ -245,7 +245,7 @@ class RobotSource:
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return the speed that the stimulus reached, and how far it was off its path."""
         script = self.course["stimulus"]
-        time_s, along, offset = (frames[name].to_numpy() for name in ("sim_time_s", "along_m", "offset_m"))
+        time_s, along, offset = (frames[name].to_numpy() for name in ("time_s", "along_m", "offset_m"))
         driven = measured(script, self.trial.settings.robot)
         masks = [(along >= enter) & (along <= leave) for enter, leave in driven]
         masks = [mask for mask in masks if mask.sum() > 1]  # a stimulus that drives open loop may stop too early

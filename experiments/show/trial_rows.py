@@ -58,7 +58,7 @@ POSES = (
 """Poses of both robots at the end of a frame's exposure; the bearing is from the observer's axis, right positive."""
 
 TRIAL_SCHEMA = pl.Schema({**JOB, "robot": str, **columns_of(Condition), **RESPONDED})
-FRAME_SCHEMA = pl.Schema({**FRAME, "robot": str, "sim_time_s": float, **RESPONSES, **dict.fromkeys(POSES, float)})
+FRAME_SCHEMA = pl.Schema({**FRAME, "robot": str, "time_s": float, **RESPONSES, **dict.fromkeys(POSES, float)})
 
 
 def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
@@ -140,7 +140,7 @@ def windows(condition: Condition, camera: CameraConfig, frames: pl.DataFrame) ->
     frames
         A row per frame, with its time and the poses of both robots.
     """
-    bearing_deg, time_s = frames["stimulus_bearing_deg"].to_numpy(), frames["sim_time_s"].to_numpy()
+    bearing_deg, time_s = frames["stimulus_bearing_deg"].to_numpy(), frames["time_s"].to_numpy()
     in_view = np.abs(bearing_deg) <= camera.hfov_deg / 2
     if condition.motion != "translation":
         return {"in_view": in_view}
