@@ -15,13 +15,13 @@ from typing import Any
 import cv2
 import gymnasium as gym
 import numpy as np
-import polars as pl
+import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 import colias_sim  # noqa: F401 - chooses the OpenGL backend, for Reacher too
-from benchmarks.timing import interleaved
+from benchmarks.timing import interleaved, ratio
 
 ENV, COUNT, ROUNDS = "colias_sim/Fixation-v0", 8, 12
 YARDSTICK = "Reacher-v5"
@@ -45,7 +45,7 @@ def single() -> Table:
     for name in ("env", "steps a second", "times Reacher"):
         table.add_column(name, justify="left" if name == "env" else "right")
     for name in settings:
-        table.add_row(name, f"{1e6 / times[name].min():.0f}", f"{(times[YARDSTICK] / times[name]).median():.2f}")
+        table.add_row(name, f"{1e6 / times[name].min():.0f}", f"{ratio(times[YARDSTICK], times[name]):.2f}")
     return table
 
 
@@ -56,10 +56,8 @@ def vector() -> Table:
         table.add_column(name, justify="left" if name == "observation" else "right")
     for observation in ("pixels", "neural"):
         times = _vectors(observation)
-        ratio = (times["sync"] / times["async"]).median()
-        table.add_row(
-            observation, f"{1e6 / times['sync'].min():.0f}", f"{1e6 / times['async'].min():.0f} ({ratio:.2f})"
-        )
+        gain = ratio(times["sync"], times["async"])
+        table.add_row(observation, f"{1e6 / times['sync'].min():.0f}", f"{1e6 / times['async'].min():.0f} ({gain:.2f})")
     return table
 
 
@@ -97,7 +95,7 @@ def _play(pipe: Connection, arguments: dict[str, Any]) -> None:
     env.close()
 
 
-def _vectors(observation: str) -> pl.DataFrame:
+def _vectors(observation: str) -> dict[str, npt.NDArray[np.float64]]:
     vectors = {
         "sync": gym.make_vec(ENV, COUNT, "sync", observation=observation),
         "async": gym.make_vec(ENV, COUNT, "async", vector_kwargs={"context": "spawn"}, observation=observation),
