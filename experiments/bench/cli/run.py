@@ -71,15 +71,15 @@ def run(
 def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | None, quiet: bool) -> int:
     """Do what a run was begun by once more, with your own files as they are at their places, into a new folder.
 
-    Then every row is compared with the run's, and the first that differs is named. What computes otherwise than it
-    did, such as a file that has changed, is named in a note.
+    Then every row is compared with the run's, and the first that differs by more than rounding is named. What computes
+    otherwise than it did, such as a file that has changed or another CPU, is named in a note.
     """
-    from experiments.bench.compare import first_difference
+    from experiments.bench.compare import ROUNDING, first_difference
     from experiments.bench.report.terminal import error_console, out_console
     from experiments.bench.result import load
     from experiments.bench.run import provenance
     from experiments.bench.run.command import begun_by
-    from experiments.bench.run.description import ENDED
+    from experiments.bench.run.description import CPUS, ENDED
 
     there = load(run)
     command = there.description.get("command", {})
@@ -102,11 +102,15 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     here = load(folder)
     if other := provenance.difference(there.description, here.description):
         error_console.print(f"note: {run}: {other}")
-    if difference := first_difference(there, here):
+    before, now = (", or ".join(one.description.get(CPUS, ["unknown"])) for one in (there, here))
+    if before != now:
+        error_console.print(f"note: {run}: the features of its CPU are {before}; here they are {now}")
+    if difference := first_difference(there, here, ROUNDING):
         out_console.print(f"differs: {difference}")
         return options.EXIT_FAILED
     rows = f"{there.trials.height:,} of trials and {there.frames.height:,} of frames"
-    out_console.print(f"equal: every row of {run} ({rows})")
+    rounded = first_difference(there, here)
+    out_console.print(f"equal{rounded and ' up to rounding'}: every row of {run} ({rows}){rounded and f'; {rounded}'}")
     return status
 
 
