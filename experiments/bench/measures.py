@@ -1,13 +1,13 @@
 """Measures of a sweep: each is one short function from the rows of a point to a number.
 
-A new measure is its function and an entry of `MEASURES`.
+A new measure is an entry of `MEASURES`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -120,25 +120,35 @@ def mean_spikes(rows: Rows) -> Number:
 
 SPIKES = "spikes"
 """The measure that is one of each condition: the mean number of spikes in a trial."""
-MEASURES: Mapping[str, Callable[[Rows], Number]] = {
-    "peak-speed-potential": partial(peak_speed, column="mean_hs_near_axis"),
-    "peak-speed-count": partial(peak_speed, column="spikes"),
-    "peak-hs": least_peak,
-    SPIKES: mean_spikes,
+
+
+class Quantity(NamedTuple):
+    """What a measure is: its function of the rows of a point, the experiments that give it, and its unit."""
+
+    of: Callable[[Rows], Number]
+    given_by: Callable[[Sequence[Any]], bool]
+    """Whether an experiment's conditions, or its clips, give it."""
+    unit: str = ""
+
+
+MEASURES: Mapping[str, Quantity] = {
+    "peak-speed-potential": Quantity(partial(peak_speed, column="mean_hs_near_axis"), _crossings, "cm/s"),
+    "peak-speed-count": Quantity(partial(peak_speed, column="spikes"), _crossings, "cm/s"),
+    "peak-hs": Quantity(least_peak, _rightward),
+    SPIKES: Quantity(mean_spikes, lambda shown: isinstance(shown[0], Condition)),
 }
-"""Name after ``--measure`` -> its function of the rows of a point."""
-GIVEN_BY: Mapping[str, Callable[[Sequence[Any]], bool]] = {
-    "peak-speed-potential": _crossings, "peak-speed-count": _crossings, "peak-hs": _rightward,
-}  # fmt: skip
-"""Name of a measure of one number at a point -> whether an experiment's conditions, or its clips, give it."""
-UNITS = {"peak-speed-potential": "cm/s", "peak-speed-count": "cm/s"}
-"""Name of a measure -> its unit, where it has one."""
+"""Name after ``--measure`` -> what it is."""
+
+
+def quantity(name: str) -> Quantity:
+    """Return the quantity of a measure, which may be one of a condition: ``spikes: speed_cm_s=2``."""
+    return MEASURES[name.partition(":")[0]]
 
 
 def measured(name: str, condition: Mapping[str, Any], rows: Rows) -> Number:
     """Return a measure at a point from its rows: those with the columns of ``condition`` count."""
     own = [row for row in rows if all(row[column] == value for column, value in condition.items())]
-    return MEASURES[name.partition(":")[0]](own)
+    return quantity(name).of(own)
 
 
 def by_condition(conditions: Sequence[Condition]) -> dict[str, dict[str, Any]]:
@@ -180,14 +190,15 @@ def chosen(
     giving: Sequence[Measure]
     for name in dict.fromkeys(wanted):
         check_known("--measure", name, MEASURES)
+        places = [place for place, shown in conditions.items() if all(map(MEASURES[name].given_by, shown))]
         if name == SPIKES:
-            every = {place: [one for some in shown for one in some] for place, shown in conditions.items()}
-            giving = [(measure, place, columns) for place, of_it in every.items() if isinstance(of_it[0], Condition)
+            every = {place: [one for some in conditions[place] for one in some] for place in places}
+            giving = [(measure, place, columns) for place, of_it in every.items()
                       for measure, columns in by_condition(of_it).items()]  # fmt: skip
         else:
             if not any("hs" in model.channels for model in models):
                 raise UsageError(f"--measure {name}: it is about models that respond by direction")
-            giving = [(name, place, {}) for place, shown in conditions.items() if all(map(GIVEN_BY[name], shown))][:1]
+            giving = [(name, place, {}) for place in places[:1]]
         if not giving:
             raise UsageError(f"--measure {name}: none of {', '.join(conditions)} shows what it is of at every point")
         found += giving

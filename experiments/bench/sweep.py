@@ -17,7 +17,7 @@ import polars as pl
 
 from experiments.bench import offline, trials
 from experiments.bench.grid import Levels, Point, values_of
-from experiments.bench.measures import UNITS, Measure, measured
+from experiments.bench.measures import Measure, measured, quantity
 from experiments.bench.replicates import Replicate, judged, of_model, of_models
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
@@ -175,7 +175,7 @@ class Sweep:
                 rows.append({
                     **self._at(point, model), "measure": measure, "experiment": experiment,
                     **measured(measure, condition, [row for part in whole for row in part]),
-                    "unit": UNITS.get(measure, ""), "lowest": min(known, default=None),
+                    "unit": quantity(measure).unit, "lowest": min(known, default=None),
                     "highest": max(known, default=None), "replicates": len(each),
                     "not shown": len(each) - len(known), **condition,
                 })  # fmt: skip

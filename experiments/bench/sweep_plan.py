@@ -214,7 +214,7 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         "repeats": [part.repeats for part in parts], "replicates": study.replicates, "seed": seed,
         "trials": len(specs), "models": tuple(variants.values()), "changed": changes | parameters, "axes": axes,
         "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
-        "measures": [{"name": name, "unit": measuring.UNITS.get(name, ""), "experiment": place}
+        "measures": [{"name": name, "unit": measuring.quantity(name).unit, "experiment": place}
                      for name, place, _ in measures],
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
