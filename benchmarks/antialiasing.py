@@ -56,7 +56,6 @@ def crossing(camera: CameraConfig) -> tuple[npt.NDArray[np.float64], npt.NDArray
 def rendered(sim: Simulation) -> int:
     """Render a crossing, and return the number of frames."""
     for _ in renders(sim):
-        sim.camera.collect()
         sim.camera.skip()
     return FRAMES
 
@@ -73,11 +72,12 @@ COMPARED = {
     "4 in 3x1": samples(4, columns=3),
 }
 DEFAULT = "* 4 in 1x1"
+TRUTH = samples(0, 16)
 
 
 def table() -> Table:
     """Error of a frame's change against its true change, HS's error, and the cost, side by side."""
-    truth, hs_truth = crossing(samples(0, 16))
+    truth, hs_truth = crossing(TRUTH)
     change = np.diff(truth, axis=0)
     moving = np.abs(change).max(0) > 10
     with ExitStack() as open_ones:

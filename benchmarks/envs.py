@@ -23,7 +23,8 @@ from threadpoolctl import threadpool_limits
 import colias_sim  # noqa: F401 - chooses the OpenGL backend, for Reacher too
 from benchmarks.timing import interleaved, ratio
 
-ENV, COUNT, ROUNDS = "colias_sim/Fixation-v0", 8, 12
+ENV, COUNT, ROUNDS, STEPS = "colias_sim/Fixation-v0", 8, 12, 40
+OBSERVED = ("pixels", "neural", "state")
 YARDSTICK = "Reacher-v5"
 REACHER_GOAL, NEURAL_GOAL = 3.0, 2.7
 
@@ -33,9 +34,7 @@ def single() -> Table:
 
     Each in a process of its own: Gymnasium's renderer draws into whatever context is current, its neighbours' too.
     """
-    settings: dict[str, dict[str, Any]] = {
-        name: {"id": ENV, "observation": name} for name in ("pixels", "neural", "state")
-    }
+    settings: dict[str, dict[str, Any]] = {name: {"id": ENV, "observation": name} for name in OBSERVED}
     settings[YARDSTICK] = {"id": YARDSTICK, "render_mode": "rgb_array", "width": 99, "height": 72}
     with ExitStack() as open_ones:
         players = {name: open_ones.enter_context(_player(arguments)) for name, arguments in settings.items()}
@@ -54,7 +53,7 @@ def vector() -> Table:
     table = Table(title=f"{COUNT} envs on {len(os.sched_getaffinity(0))} cores, steps of an env a second (times sync)")
     for name in ("observation", "sync", "async"):
         table.add_column(name, justify="left" if name == "observation" else "right")
-    for observation in ("pixels", "neural"):
+    for observation in OBSERVED[:2]:
         times = _vectors(observation)
         gain = ratio(times["sync"], times["async"])
         table.add_row(observation, f"{1e6 / times['sync'].min():.0f}", f"{1e6 / times['async'].min():.0f} ({gain:.2f})")
@@ -104,7 +103,7 @@ def _vectors(observation: str) -> dict[str, npt.NDArray[np.float64]]:
 
     def stepping(env: gym.vector.VectorEnv[Any, Any, Any]) -> Callable[[], int]:
         env.reset(seed=0)
-        return lambda: COUNT * len([env.step(actions) for _ in range(40)])
+        return lambda: COUNT * len([env.step(actions) for _ in range(STEPS)])
 
     try:
         return interleaved({name: stepping(env) for name, env in vectors.items()}, ROUNDS)

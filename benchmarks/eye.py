@@ -67,9 +67,8 @@ def table() -> Table:
     for name, camera in cameras.items():
         rendering = times[name] - physics
         seen = [_answers(fixed(camera, rests), speed) for speed in SPEEDS]
-        result.add_row(
-            name, f"{rendering.min():.0f}", f"{ratio(rendering, times['default'] - physics):.2f}", *_errors(seen, truth)
-        )
+        cost = f"{rendering.min():.0f}", f"{ratio(rendering, times['default'] - physics):.2f}"
+        result.add_row(name, *cost, *_errors(seen, truth))
     result.add_row("  dense", "", "", *_errors(truth, truth))
     return result
 

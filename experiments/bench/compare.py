@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -21,8 +20,6 @@ from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.tests import contrast, holm, paired
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
-POTENTIAL = re.compile(rf"(^|_)({'|'.join(CHANNELS)})(_|$)")
-"""Name of a column with potentials, if it has floats."""
 ROUNDING = 1e-5
 """How much a number may differ by rounding, as a part of its size."""
 TEST_COLUMNS = pl.Schema({
@@ -152,10 +149,11 @@ def first_difference(there: Run, here: Run, part: float = 0.0) -> str:
         before, after = (getattr(run, name).drop(UNREPEATABLE, strict=False) for run in (there, here))
         if before.schema != after.schema or before.height != after.height:
             return f"{name}.parquet has {before.shape} rows and columns there and {after.shape} here"
-        potentials = [name for name, kind in before.schema.items() if kind.is_float() and POTENTIAL.search(name)]
+        floats = [column for column, kind in before.schema.items() if kind.is_float()]
+        potentials = [column for column in floats if {*column.split("_")} & {*CHANNELS}]
         for column in before.columns:
             odd = before[column].ne_missing(after[column])
-            if part and odd.any() and before[column].dtype.is_float():
+            if part and odd.any() and column in floats:
                 sizes = pl.max_horizontal(pl.col(potentials if column in potentials else [column]).abs())
                 slack = part * before.select(sizes.max().over("model")).to_series()
                 odd &= ((before[column] - after[column]).abs() > slack).fill_null(True)

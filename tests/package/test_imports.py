@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -122,3 +123,32 @@ def test_wings_import_one_way():
     for module in outside:
         cli = [other for other in imported(module) if wing(other) == "experiments.bench.cli"]
         assert not cli, f"{module} imports {cli}: only a declaration's tail may"
+
+
+def test_contributing_draws_the_imports_as_they_are():
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    drawn = re.findall(r"^(\w+)/ .* imports ([\w, ]+)$", text, re.MULTILINE)
+    ours = {package: {other.split(".")[0] for module in modules() if module.split(".")[0] == package
+                      for other in imported(module)} - {package} for package in PACKAGES}  # fmt: skip
+    assert {package: {*others.split(", ")} - {"nothing"} for package, others in drawn} == ours
+
+
+def test_the_simulator_has_of_the_models_only_leaves():
+    of_models = {other for module in modules() if module.startswith("colias_sim") for other in imported(module)}
+    assert {other for other in of_models if other.startswith("dsnn")} == {"dsnn", "dsnn.field_docs", "dsnn.pictures"}
+
+
+def test_contributing_names_what_the_bench_has_and_where_things_are_added():
+    """Each file and folder of the bench has its row; where a recipe adds to a table, the file has it."""
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    rooms = text.split("| in `experiments/bench/` |")[1].split("\n\n")[0]
+    named = {name for row in rooms.splitlines() for name in re.findall(r"`([\w/.]+)`", row.split("|")[1])}
+    bench = [path for path in (ROOT / "experiments" / "bench").iterdir() if path.name[:2] != "__"]
+    assert named == {path.name + "/" * path.is_dir() for path in bench}
+    recipes = text.split("| to add | write | and add it to |")[1].split("\n\n")[0].splitlines()[2:]
+    for row in recipes:
+        places = [ROOT / place for place in re.findall(r"`(\w+/[\w/.]*)`", row)]
+        assert all(place.exists() for place in places), row
+        for table in re.findall(r"`(_?[A-Z]+)`", row):
+            files = [file for place in places for file in (place.glob("*.py") if place.is_dir() else [place])]
+            assert any(re.search(rf"^{table}\b", file.read_text(), re.MULTILINE) for file in files), (table, row)

@@ -24,7 +24,6 @@ from typing import Any, get_args
 import jinja2
 import numpy as np
 import numpy.typing as npt
-from pydantic.fields import FieldInfo
 
 import experiments
 from dsnn import DSNNParams, field_docs
@@ -158,9 +157,8 @@ def _footage() -> dict[str, Any]:
 def levers() -> list[dict[str, Any]]:
     """List the parameters that the page moves: over the paper's range, or over the legal one where it has no range."""
     listed = []
-    fields: dict[str, FieldInfo] = vars(DSNNParams)["__pydantic_fields__"]
     for name in LEVERS:
-        field = fields[name]
+        field = vars(DSNNParams)["__pydantic_fields__"][name]
         description = field_docs.meaning(DSNNParams, name)
         given = re.search(r" \(paper: ([^)]*)\)", description)
         paper = given[1] if given else ""
