@@ -10,7 +10,6 @@ if __name__ == "__main__":  # workers started by spawn read this file too
     console = Console()
     cv2.setNumThreads(1)
     with threadpool_limits(1):
-        for part in (network.table, network.rivals, loop.loop_table, antialiasing.table, eye.table):
-            console.print(part())
-        for part in (envs.single, envs.vector):
-            console.print(part())
+        tables = (network.table, network.rivals, loop.loop_table, antialiasing.table, eye.table)
+        for table in (*tables, envs.single, envs.vector):
+            console.print(table())

@@ -15,15 +15,16 @@ from typing import Any
 import cv2
 import gymnasium as gym
 import numpy as np
-import polars as pl
+import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 import colias_sim  # noqa: F401 - chooses the OpenGL backend, for Reacher too
-from benchmarks.timing import interleaved
+from benchmarks.timing import interleaved, ratio
 
-ENV, COUNT, ROUNDS = "colias_sim/Fixation-v0", 8, 12
+ENV, COUNT, ROUNDS, STEPS = "colias_sim/Fixation-v0", 8, 12, 40
+OBSERVED = ("pixels", "neural", "state")
 YARDSTICK = "Reacher-v5"
 REACHER_GOAL, NEURAL_GOAL = 3.0, 2.7
 
@@ -33,9 +34,7 @@ def single() -> Table:
 
     Each in a process of its own: Gymnasium's renderer draws into whatever context is current, its neighbours' too.
     """
-    settings: dict[str, dict[str, Any]] = {
-        name: {"id": ENV, "observation": name} for name in ("pixels", "neural", "state")
-    }
+    settings: dict[str, dict[str, Any]] = {name: {"id": ENV, "observation": name} for name in OBSERVED}
     settings[YARDSTICK] = {"id": YARDSTICK, "render_mode": "rgb_array", "width": 99, "height": 72}
     with ExitStack() as open_ones:
         players = {name: open_ones.enter_context(_player(arguments)) for name, arguments in settings.items()}
@@ -45,7 +44,7 @@ def single() -> Table:
     for name in ("env", "steps a second", "times Reacher"):
         table.add_column(name, justify="left" if name == "env" else "right")
     for name in settings:
-        table.add_row(name, f"{1e6 / times[name].min():.0f}", f"{(times[YARDSTICK] / times[name]).median():.2f}")
+        table.add_row(name, f"{1e6 / times[name].min():.0f}", f"{ratio(times[YARDSTICK], times[name]):.2f}")
     return table
 
 
@@ -54,12 +53,10 @@ def vector() -> Table:
     table = Table(title=f"{COUNT} envs on {len(os.sched_getaffinity(0))} cores, steps of an env a second (times sync)")
     for name in ("observation", "sync", "async"):
         table.add_column(name, justify="left" if name == "observation" else "right")
-    for observation in ("pixels", "neural"):
+    for observation in OBSERVED[:2]:
         times = _vectors(observation)
-        ratio = (times["sync"] / times["async"]).median()
-        table.add_row(
-            observation, f"{1e6 / times['sync'].min():.0f}", f"{1e6 / times['async'].min():.0f} ({ratio:.2f})"
-        )
+        gain = ratio(times["sync"], times["async"])
+        table.add_row(observation, f"{1e6 / times['sync'].min():.0f}", f"{1e6 / times['async'].min():.0f} ({gain:.2f})")
     return table
 
 
@@ -97,7 +94,7 @@ def _play(pipe: Connection, arguments: dict[str, Any]) -> None:
     env.close()
 
 
-def _vectors(observation: str) -> pl.DataFrame:
+def _vectors(observation: str) -> dict[str, npt.NDArray[np.float64]]:
     vectors = {
         "sync": gym.make_vec(ENV, COUNT, "sync", observation=observation),
         "async": gym.make_vec(ENV, COUNT, "async", vector_kwargs={"context": "spawn"}, observation=observation),
@@ -106,7 +103,7 @@ def _vectors(observation: str) -> pl.DataFrame:
 
     def stepping(env: gym.vector.VectorEnv[Any, Any, Any]) -> Callable[[], int]:
         env.reset(seed=0)
-        return lambda: COUNT * len([env.step(actions) for _ in range(40)])
+        return lambda: COUNT * len([env.step(actions) for _ in range(STEPS)])
 
     try:
         return interleaved({name: stepping(env) for name, env in vectors.items()}, ROUNDS)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from rich.table import Table
 
-from benchmarks.timing import interleaved
+from benchmarks.timing import interleaved, ratio
 from colias_sim import CameraConfig, Frame, PathFollower, Pose, Route, Simulation
 from dsnn import DSNN, DSNNParams
 
@@ -53,7 +53,7 @@ def loop_table() -> Table:
         ("trial", "a trial's: + camera noise"),
     ):
         us = times[name].min()
-        table.add_row(label, f"{us:.0f}", f"{(times[name] / times['floor']).median():.2f}", f"{1e6 / 30 / us:.1f}")
+        table.add_row(label, f"{us:.0f}", f"{ratio(times[name], times['floor']):.2f}", f"{1e6 / 30 / us:.1f}")
     for name, us in {
         "physics": times["physics"].min(),
         "render": times["floor"].min() - times["physics"].min(),

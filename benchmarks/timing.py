@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 
-import polars as pl
+import numpy as np
+import numpy.typing as npt
 
 
-def interleaved(work: Mapping[str, Callable[[], int]], rounds: int = 15) -> pl.DataFrame:
+def interleaved(work: Mapping[str, Callable[[], int]], rounds: int = 15) -> dict[str, npt.NDArray[np.float64]]:
     """Time each piece of ``work``, which returns its number of frames, once a round.
 
-    Returns a row for each round and a column for each piece, in microseconds per frame. The best round of a piece is
+    Returns for each piece its times, (rounds,), in microseconds per frame. The best round of a piece is
     what the machine can do when nothing else wants it. The median of the ratios of two pieces within each round is one
     that a slow spell leaves alone.
     """
@@ -21,4 +22,9 @@ def interleaved(work: Mapping[str, Callable[[], int]], rounds: int = 15) -> pl.D
             began = time.perf_counter()
             frames = run()
             taken[name].append((time.perf_counter() - began) / frames * 1e6)
-    return pl.DataFrame(taken)
+    return {name: np.array(times) for name, times in taken.items()}
+
+
+def ratio(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> float:
+    """Compute the median of the ratios of two pieces' times within each round."""
+    return float(np.median(one / other))

@@ -36,7 +36,7 @@ class Simulation:
     """A compiled scene with its robots and one camera. Use it in a ``with`` statement, or close it.
 
     Only `reset` and `step` draw random numbers, and only from the generators that you pass. So equal seeds give equal
-    frames, in any process and after any number of earlier trials.
+    frames, in any process of a machine and after any number of earlier trials.
 
     The attribute ``robots`` holds the driving robots by name, ``parked`` the fixed ones, and ``everyone`` both.
     ``obstacles`` lists the arena's obstacles. ``command_interval`` is the time between two commands, in seconds.

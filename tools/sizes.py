@@ -64,14 +64,13 @@ def sources() -> Iterator[tuple[PurePosixPath, str]]:
 
 
 def sizes() -> dict[str, Counter[str]]:
-    """Count files, lines and names of each budget; "product" is all Python outside ``tests``."""
-    counts = {name: Counter[str]() for name in (*BUDGET, "product")}
+    """Count files, lines and names of each budget."""
+    counts = {name: Counter[str]() for name in BUDGET}
     for path, text in sources():
         if path.suffix in DATA:
             counts["data"].update({"files": 1, "lines": len(text.splitlines())})
             continue
-        rooms = [name for name, budget in BUDGET.items() if path.parts[0] in budget["folders"]]
-        for name in rooms + ["product"] * bool(rooms and rooms != ["tests"]):
+        for name in (name for name, budget in BUDGET.items() if path.parts[0] in budget["folders"]):
             counts[name].update({"files": 1, "lines": code_lines(text)} | names(text))
     return counts
 
@@ -86,8 +85,7 @@ def main() -> None:
     print(f"{'':22}" + "".join(f"{head:>16}" for head in heads) + f"{'ceiling':>10}")
     for name, counts in now.items():
         cells = [f"{counts[head]:,}" for head in heads]
-        ceiling = BUDGET[name]["ceiling"] if name in BUDGET else ""
-        print(f"{name:22}" + "".join(f"{cell:>16}" for cell in cells) + f"{ceiling:>10}")
+        print(f"{name:22}" + "".join(f"{cell:>16}" for cell in cells) + f"{BUDGET[name]['ceiling']:>10,}")
     over = [
         f"{name} must have at most {budget['ceiling']} lines"
         for name, budget in BUDGET.items() if now[name]["lines"] > budget["ceiling"]

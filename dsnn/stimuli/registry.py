@@ -57,7 +57,7 @@ class StimulusEntry:
         Parameters
         ----------
         seed
-            Seed of its random parts, 0 or more. Equal seeds give equal bytes.
+            Seed of its random parts, 0 or more. Equal seeds give equal bytes on one machine.
         **changes
             Other values of its parameters, by name.
 
@@ -128,7 +128,7 @@ def stimulus(name: str, seed: int = 0, **changes: Any) -> Stimulus[ClipParams]:
     name
         Its name in `STIMULI`.
     seed
-        Seed of its random parts, 0 or more. Equal seeds give equal bytes.
+        Seed of its random parts, 0 or more. Equal seeds give equal bytes on one machine.
     **changes
         Other values of its parameters, by name. ``colias list parameters NAME`` lists them.
 

@@ -203,8 +203,8 @@ class Stimulus(ABC, Generic[P]):
     """Base class of clips: ``len(clip)`` frames, painted on demand, any number of times.
 
     A subclass defines the number of frames (``__len__``) and paints one (`frame`). A frame depends only on its index,
-    ``params`` and ``seed``, so equal seeds give equal bytes in any order. ``clip[index]`` is a frame too; a negative
-    index counts from the end.
+    ``params`` and ``seed``, so equal seeds give equal bytes in any order. On another CPU a pixel may have
+    the next grey level. ``clip[index]`` is a frame too; a negative index counts from the end.
 
     Parameters
     ----------

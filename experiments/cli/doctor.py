@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from packaging.requirements import Requirement
 
 from dsnn import forms
+from experiments.store.tables import cpu_features
 
 Finding = tuple[str, str, str]
 """Whether it is there (``ok``, ``optional`` or ``missing``), what was looked at, and what was found or what to do."""
@@ -24,6 +25,7 @@ def examine() -> Iterator[Finding]:
     yield "ok", "python", f"{sys.version.split()[0]} at {sys.executable}"
     yield from packages()
     yield from rendering()
+    yield "ok", "cpu", cpu_features()
     note = forms.note()
     yield "optional" if note else "ok", "network", note or forms.chosen()
     for program, package in TOOLS.items():

@@ -200,7 +200,8 @@ def doctor() -> int:
     """Say whether this machine has what the bench needs: Python, packages, what draws, the network, tools, extras.
 
     A reference frame is drawn and compared with those that are known. If its hash is another, pixels differ a little,
-    and so may numbers. What is optional, only some commands need. The exit status is 1 if anything is missing.
+    and so may numbers. On a CPU with other features numbers differ by rounding. What is optional, only some commands
+    need. The exit status is 1 if anything is missing.
     """
     from experiments.base.console import out_console
     from experiments.cli.doctor import examine

@@ -60,16 +60,16 @@ def run(
 def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     """Do what was asked for once more, with your own files as they are at their places, into a new folder.
 
-    Then every row is compared with the run's, and the first that differs is named. What computes otherwise than it
-    did, such as a file that has changed, is named in a note.
+    Then every row is compared with the run's, and the first that differs by more than rounding is named. What computes
+    otherwise than it did, such as a file that has changed or another CPU, is named in a note.
     """
     from experiments.base.console import error_console, out_console
-    from experiments.kinds.compare import first_difference
+    from experiments.kinds.compare import ROUNDING, first_difference
     from experiments.kinds.kind import again, perform
     from experiments.kinds.result import load
     from experiments.store import provenance
     from experiments.store.command import begun_by
-    from experiments.store.description import ENDED
+    from experiments.store.description import CPUS, ENDED
 
     there = load(run)
     if there.done < there.planned and ENDED not in there.description:
@@ -81,11 +81,15 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
         here = perform(again(there), folder, pool)
     if other := provenance.difference(there.description, here.description):
         error_console.print(f"note: {run}: {other}")
-    if difference := first_difference(there, here):
+    before, now = (", or ".join(one.description.get(CPUS, ["unknown"])) for one in (there, here))
+    if before != now:
+        error_console.print(f"note: {run}: the features of its CPU are {before}; here they are {now}")
+    if difference := first_difference(there, here, ROUNDING):
         out_console.print(f"differs: {difference}")
         return options.EXIT_FAILED
     rows = f"{there.trials.height:,} of trials and {there.frames.height:,} of frames"
-    out_console.print(f"equal: every row of {run} ({rows})")
+    rounded = first_difference(there, here)
+    out_console.print(f"equal{rounded and ' up to rounding'}: every row of {run} ({rows}){rounded and f'; {rounded}'}")
     return options.EXIT_FAILED if here.failures.height else 0
 
 

@@ -1,6 +1,6 @@
 """Measures of a sweep: each is one short function from the rows of a point to a number.
 
-A new measure is its function and an entry of `MEASURES`.
+A new measure is an entry of `MEASURES`.
 """
 
 from __future__ import annotations
@@ -122,35 +122,33 @@ SPIKES = "spikes"
 """The measure that is one of each condition: the mean number of spikes in a trial."""
 
 
-class Measurement(NamedTuple):
-    """What a measure is: its function of the rows of a point, its unit, and which trials give it.
-
-    ``given_by`` says whether an experiment's conditions, or its clips, do.
-    """
+class Quantity(NamedTuple):
+    """What a measure is: its function of the rows of a point, the experiments that give it, and its unit."""
 
     of: Callable[[Rows], Number]
+    given_by: Callable[[Sequence[Any]], bool]
+    """Whether an experiment's conditions, or its clips, give it."""
     unit: str = ""
-    given_by: Callable[[Sequence[Any]], bool] = bool
 
 
-MEASURES: Mapping[str, Measurement] = {
-    "peak-speed-potential": Measurement(partial(peak_speed, column="mean_hs_near_axis"), "cm/s", _crossings),
-    "peak-speed-count": Measurement(partial(peak_speed, column="spikes"), "cm/s", _crossings),
-    "peak-hs": Measurement(least_peak, given_by=_rightward),
-    SPIKES: Measurement(mean_spikes),
+MEASURES: Mapping[str, Quantity] = {
+    "peak-speed-potential": Quantity(partial(peak_speed, column="mean_hs_near_axis"), _crossings, "cm/s"),
+    "peak-speed-count": Quantity(partial(peak_speed, column="spikes"), _crossings, "cm/s"),
+    "peak-hs": Quantity(least_peak, _rightward),
+    SPIKES: Quantity(mean_spikes, lambda shown: isinstance(shown[0], Condition)),
 }
-"""Name after ``--measure`` -> the measure."""
+"""Name after ``--measure`` -> what it is."""
 
 
-def unit_of(measure: str) -> str:
-    """Return the unit of a measure, as it is called at a point; empty where it has none."""
-    return MEASURES[measure.partition(":")[0]].unit
+def quantity(name: str) -> Quantity:
+    """Return the quantity of a measure, which may be one of a condition: ``spikes: speed_cm_s=2``."""
+    return MEASURES[name.partition(":")[0]]
 
 
 def measured(name: str, condition: Mapping[str, Any], rows: Rows) -> Number:
     """Return a measure at a point from its rows: those with the columns of ``condition`` count."""
     own = [row for row in rows if all(row[column] == value for column, value in condition.items())]
-    return MEASURES[name.partition(":")[0]].of(own)
+    return quantity(name).of(own)
 
 
 def by_condition(conditions: Sequence[Condition]) -> dict[str, dict[str, Any]]:
@@ -192,16 +190,15 @@ def chosen(
     giving: Sequence[Measure]
     for name in dict.fromkeys(wanted):
         check_known("--measure", name, MEASURES)
+        places = [place for place, shown in conditions.items() if all(map(MEASURES[name].given_by, shown))]
         if name == SPIKES:
-            every = {place: [one for some in shown for one in some] for place, shown in conditions.items()}
-            giving = [(measure, place, columns) for place, of_it in every.items() if isinstance(of_it[0], Condition)
+            every = {place: [one for some in conditions[place] for one in some] for place in places}
+            giving = [(measure, place, columns) for place, of_it in every.items()
                       for measure, columns in by_condition(of_it).items()]  # fmt: skip
         else:
             if not any("hs" in model.channels for model in models):
                 raise UsageError(f"--measure {name}: it is about models that respond by direction")
-            giving = [
-                (name, place, {}) for place, shown in conditions.items() if all(map(MEASURES[name].given_by, shown))
-            ][:1]
+            giving = [(name, place, {}) for place in places[:1]]
         if not giving:
             raise UsageError(f"--measure {name}: none of {', '.join(conditions)} shows what it is of at every point")
         found += giving

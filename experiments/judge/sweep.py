@@ -18,7 +18,7 @@ from experiments.declare.claim import Claim
 from experiments.declare.outcome import Outcome, together
 from experiments.declare.study import TOGETHER, Levels, Study
 from experiments.judge.count import count, count_columns
-from experiments.judge.measures import Measure, measured, unit_of
+from experiments.judge.measures import Measure, measured, quantity
 from experiments.judge.replicates import Replicate, judged, of_model, of_models
 from experiments.settings.grid import Point, values_of
 from experiments.settings.models import ConfiguredModel
@@ -172,7 +172,7 @@ class Sweep:
                 rows.append({
                     **self._at(point, model), "measure": measure, "experiment": experiment,
                     **measured(measure, condition, [row for part in whole for row in part]),
-                    "unit": unit_of(measure), "lowest": min(known, default=None),
+                    "unit": quantity(measure).unit, "lowest": min(known, default=None),
                     "highest": max(known, default=None), "replicates": len(each),
                     "not shown": len(each) - len(known), **condition,
                 })  # fmt: skip

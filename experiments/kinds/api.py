@@ -167,7 +167,7 @@ def fit(
     """Search a box of parameters for settings under which all claims hold.
 
     The winner and the ten next best are judged again at seeds that the search never saw, and only that is a result.
-    Equal arguments give equal numbers, on any number of workers. ``colias fit`` does the same.
+    On one machine, equal arguments give equal numbers, on any number of workers. ``colias fit`` does the same.
 
     Parameters
     ----------

@@ -9,6 +9,7 @@ from typing import Any
 
 import polars as pl
 
+from dsnn import CHANNELS
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.judge.tests import contrast, holm, paired
 from experiments.kinds.result import Run, load
@@ -19,6 +20,8 @@ from experiments.store.provenance import UNREPEATABLE
 from experiments.store.tables import table
 
 CLIP_COLUMNS = ("stimulus", "clip", *SHOWN)
+ROUNDING = 1e-5
+"""How much a number may differ by rounding, as a part of its size."""
 TEST_COLUMNS = pl.Schema({
     "model": str, "against": str, "n": int, "mean_first": float, "mean_second": float, "mean_difference": float,
     "rank_biserial": float, "test": str, "p": float, "p_holm": float,
@@ -136,19 +139,25 @@ def corrected(rows: Sequence[dict[str, Any]], schema: Mapping[str, Any]) -> pl.D
     return table([{**row, "p_holm": p} for row, p in zip(rows, p_values, strict=True)], schema)
 
 
-def first_difference(there: Run, here: Run) -> str:
+def first_difference(there: Run, here: Run, part: float = 0.0) -> str:
     """Return where the tables of two runs differ first: table, trial, model, column, both values; empty if nowhere.
 
-    Columns that no two runs have alike (`UNREPEATABLE`) are left out.
+    Columns that no two runs have alike (`UNREPEATABLE`) are left out. So are differences between floats of up to
+    ``part`` of their size: of the largest that the model has in the column, or of a potential in any such column.
     """
     for name in ("trials", "frames"):
         before, after = (getattr(run, name).drop(UNREPEATABLE, strict=False) for run in (there, here))
         if before.schema != after.schema or before.height != after.height:
             return f"{name}.parquet has {before.shape} rows and columns there and {after.shape} here"
+        floats = [column for column, kind in before.schema.items() if kind.is_float()]
+        potentials = [column for column in floats if {*column.split("_")} & {*CHANNELS}]
         for column in before.columns:
-            odd = before[column].ne_missing(after[column]).arg_true()
-            if len(odd):
-                row = odd[0]
+            odd = before[column].ne_missing(after[column])
+            if part and odd.any() and column in floats:
+                sizes = pl.max_horizontal(pl.col(potentials if column in potentials else [column]).abs())
+                slack = part * before.select(sizes.max().over("model")).to_series()
+                odd &= ((before[column] - after[column]).abs() > slack).fill_null(True)
+            if (row := odd.arg_max()) is not None and odd[row]:
                 where = ", ".join(f"{key} {before[key][row]}" for key in ("trial", "model"))
                 return f"{name}.parquet, {where}: {column} is {before[column][row]} there and {after[column][row]} here"
     return ""

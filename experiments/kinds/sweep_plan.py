@@ -194,7 +194,7 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     resolved = {
         **_resolved(study, parts, specs, parameters), "repeats": repeats, "replicates": study.replicates, "seed": seed,
         "axes": axes, "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
-        "measures": [{"name": name, "unit": measuring.unit_of(name), "experiment": place}
+        "measures": [{"name": name, "unit": measuring.quantity(name).unit, "experiment": place}
                      for name, place, _ in measures],
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)

@@ -22,9 +22,12 @@ RENDERERS = "renderers"
 """The entry with what drew the frames (`colias_sim.gl.renderer`), each with the hashes of its reference frames
 (`colias_sim.reference`), one unless machines differ. It is no parameter: a run may be resumed with another renderer, as
 all that were tried drew equal pixels."""
+CPUS = "cpus"
+"""The entry with the features of the CPUs that computed the trials (`experiments.store.tables.cpu_features`), one
+unless machines differ. It is no parameter: a run may be resumed on another CPU, whose last bits differ."""
 THRESHOLDS = "thresholds"
 """The entry with each model's spiking thresholds, label -> channel -> number: readers do not run a model's file."""
-NOTES = frozenset((KIND, BEGUN, ENDED, "command", ASKED, RENDERERS, THRESHOLDS, *provenance.KEYS))
+NOTES = frozenset((KIND, BEGUN, ENDED, "command", ASKED, RENDERERS, CPUS, THRESHOLDS, *provenance.KEYS))
 """Entries that are not parameters."""
 DERIVED = frozenset(("trials", "changed", "clips", "backgrounds"))
 """Entries that follow from others."""

@@ -24,6 +24,7 @@ from experiments.settings.parameters import Parameters, of_model, with_columns
 from experiments.store import provenance
 from experiments.store.command import command_note
 from experiments.store.description import (
+    CPUS,
     ENDED,
     RENDERERS,
     begun,
@@ -111,6 +112,7 @@ class RunFolder(Files):
         self._done: set[int] = set()
         self._failures: list[dict[str, Any]] = []
         self._renderers: dict[str, list[str]] = {}
+        self._cpus: list[str] = []
         self._changed = ""
         self._lock = FileLock(self.path(LOCK), timeout=0)
 
@@ -134,7 +136,7 @@ class RunFolder(Files):
             if begun(self.folder):
                 self._read()
                 there = resumed(self.folder, description, complete=self._done >= set(trials))
-                self._renderers = there.get(RENDERERS, {})
+                self._renderers, self._cpus = there.get(RENDERERS, {}), there.get(CPUS, [])
                 self._changed = provenance.difference(there, description) if "source" in description else ""
                 self.write_json(DESCRIPTION, there)
             elif has_tables(self.folder):
@@ -181,6 +183,9 @@ class RunFolder(Files):
         if trial.renderer and trial.pixels not in (known := self._renderers.setdefault(trial.renderer, [])):
             known.append(trial.pixels)
             self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self._renderers})
+        if trial.cpu not in self._cpus:
+            self._cpus.append(trial.cpu)
+            self.write_json(DESCRIPTION, {**read_description(self.folder), CPUS: self._cpus})
         self.path(PARTS).mkdir(exist_ok=True)
         self._write_part(trial.index, "frames", trial.frames)
         for model, reason in troubles.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 from experiments.base.user_code import traced
@@ -59,6 +60,18 @@ def table(rows: Sequence[Mapping[str, Any]], schema: Mapping[str, Any]) -> pl.Da
     return pl.DataFrame({name: [row.get(name) for row in rows] for name in schema}, schema)
 
 
+@cache
+def cpu_features() -> str:
+    """Return the features of this machine's CPU by which OpenCV chooses its code, as do NumPy and the C library.
+
+    With other features sums have another order, and products are contracted into them or not: last bits differ.
+    """
+    import cv2  # not before: declarations of claims import this module
+
+    listed = cv2.getCPUFeaturesLine().replace("*", "").split()
+    return " ".join(name for name in listed if not name.endswith("?"))  # the mark of those that the CPU lacks
+
+
 @dataclass(frozen=True, slots=True)
 class TrialRecord:
     """The result of a job: rows ready for the tables, and the bytes of its recording."""
@@ -74,6 +87,8 @@ class TrialRecord:
     """Renderer of its frames (`colias_sim.gl.renderer`); empty where none were drawn."""
     pixels: str = ""
     """Hash of the reference frame where they were drawn (`colias_sim.reference`); empty where none were."""
+    cpu: str = field(default_factory=cpu_features)
+    """Features of the CPU that computed it (`cpu_features`)."""
 
     def __post_init__(self) -> None:
         for name, value in (item for row in self.rows for item in row.items()):

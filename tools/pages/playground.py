@@ -158,7 +158,7 @@ def levers() -> list[dict[str, Any]]:
     """List the parameters that the page moves: over the paper's range, or over the legal one where it has no range."""
     listed = []
     for name in LEVERS:
-        field = DSNNParams.__pydantic_fields__[name]
+        field = vars(DSNNParams)["__pydantic_fields__"][name]
         description = field_docs.meaning(DSNNParams, name)
         given = re.search(r" \(paper: ([^)]*)\)", description)
         paper = given[1] if given else ""
@@ -230,7 +230,7 @@ def page(data: Mapping[str, Any], wasm: bytes, frames: Mapping[str, str]) -> str
     imports = {f"#{name}": f"data:text/javascript;base64,{_base64(source)}" for name, source in named.items()}
     rows, columns = FOOTAGE_SHAPE
     template = jinja2.Template((SOURCES / "page.html").read_text(encoding="utf-8"), undefined=jinja2.StrictUndefined)
-    return template.render(
+    text: str = template.render(
         style=(SOURCES / "style.css").read_text(encoding="utf-8"),
         data=json.dumps(data).replace("<", "\\u003c"),
         wasm=_base64(wasm),
@@ -240,6 +240,7 @@ def page(data: Mapping[str, Any], wasm: bytes, frames: Mapping[str, str]) -> str
         columns=columns,
         longest=LONGEST_FOOTAGE,
     )
+    return text
 
 
 def _base64(content: bytes) -> str:

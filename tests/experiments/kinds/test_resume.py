@@ -96,11 +96,11 @@ def test_what_drew_is_noted_and_refuses_nothing(colias, out):
     assert re.fullmatch(r".+, OpenGL \d.+, by (egl|osmesa|glfw|cgl)", drew)
     assert pixels == reference.digest(reference.reference_frame())
     rows = pl.read_parquet(out / "trials.parquet")
-    (out / "run.json").write_text(json.dumps(first | {"renderers": {"another": ["0123456789ab"]}}))
+    (out / "run.json").write_text(json.dumps(first | {"renderers": {"another": ["0123456789ab"]}, "cpus": ["NEON"]}))
     rows.slice(1).write_parquet(out / "trials.parquet")
     again = colias(*RUN, "--out", "out", "-q")
     assert again.returncode == 0 and f"reference frames 0123456789ab, {pixels}" in again.stderr
-    both = {"renderers": {"another": ["0123456789ab"], drew: [pixels]}}
+    both = {"renderers": {"another": ["0123456789ab"], drew: [pixels]}, "cpus": ["NEON", *first["cpus"]]}
     after = described(out)
     assert after == first | both | {name: after[name] for name in ("ended", "command")}
     assert trials(out).equals(rows.drop("wall_s")), "the code that marks the rows too"

@@ -1,0 +1,51 @@
+"""``make bench`` and ``tools/eye.py`` to their ends, at their smallest: what they print has a number in each cell."""
+
+from __future__ import annotations
+
+import math
+import runpy
+
+import pytest
+from PIL import Image
+from rich.console import Console
+
+from benchmarks import antialiasing, envs, eye, loop, network
+from colias_sim import CameraConfig
+from tools import eye as pictures
+
+RENDERED = True
+
+
+@pytest.fixture
+def smallest(monkeypatch):
+    """A round, and as few frames as the network's answers need."""
+    for module in (antialiasing, eye, loop, network):
+        monkeypatch.setattr(module, "FRAMES", 3)
+    for module in (antialiasing, envs, eye, loop, network):
+        monkeypatch.setattr(module, "interleaved", lambda work, rounds=1, once=module.interleaved: once(work, 1))
+    monkeypatch.setattr(antialiasing, "FRAMES", 24)  # HS counts from the 20th
+    monkeypatch.setattr(antialiasing, "TRUTH", antialiasing.samples(0, 2))
+    default = antialiasing.DEFAULT
+    monkeypatch.setattr(antialiasing, "COMPARED", {default: antialiasing.COMPARED[default]})
+    monkeypatch.setattr(eye, "SPEEDS", (1.0,))
+    monkeypatch.setattr(eye, "variants", lambda: {"default": CameraConfig(), "* ov7670": eye.EYE})
+    for name, least in {"COUNT": 1, "STEPS": 1, "OBSERVED": ("pixels",)}.items():
+        monkeypatch.setattr(envs, name, least)
+
+
+def test_every_ratio_is_measured(smallest, monkeypatch):
+    printed = []
+    monkeypatch.setattr(Console, "print", lambda self, table: printed.append(table))
+    runpy.run_module("benchmarks", run_name="__main__")
+    assert len(printed) == 7 and all(table.row_count for table in printed)
+    for table in printed:
+        for column in table.columns[1:]:
+            for cell in column.cells:
+                assert not cell or all(math.isfinite(float(word.strip("(%),"))) for word in cell.split()), cell
+
+
+def test_the_picture_of_the_eye_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(pictures, "PICTURES", {"default": CameraConfig(), pictures.FIFTH: CameraConfig()})
+    pictures.main(tmp_path)
+    with Image.open(tmp_path / "eye.png") as picture:
+        assert picture.size[0] == pytest.approx(160 * pictures.WIDTH, abs=2)
