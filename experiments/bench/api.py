@@ -310,10 +310,9 @@ def sweep(
     """
     if seeds is not None and (seeds.step != 1 or not seeds):
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
-    given = {"models": models, "claims": claims, "measures": measures, "repeats": repeats,
-             "replicates": seeds and len(seeds)}  # fmt: skip
+    given = {"models": models, "claims": claims, "measures": measures, "replicates": seeds and len(seeds)}
     study = typed(experiment, over, **given)
     place = new_folder(study.name) if out is None else Path(out)
-    plan = planned_sweep(study, seeds.start if seeds else 0)
+    plan = planned_sweep(study, seeds.start if seeds else 0, repeats=repeats)
     result = sweeps.run(plan, place, Workers(workers, quiet=quiet))
     return result.table if plan.claims else result.numbers

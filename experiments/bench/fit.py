@@ -45,9 +45,10 @@ LOG_FROM = 100.0
 """Ratio of the ends of a range from which it is searched by its logarithm."""
 LEAST, MEAN = "least slack", "mean slack"
 RESULTS = pl.Schema(
-    {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64}
-)
-"""Columns of the results of settings: ``value`` is the slack of a claim."""
+    {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64,
+     "random": pl.Boolean}
+)  # fmt: skip
+"""Columns of the results of settings: ``value`` is the slack of a claim, ``random`` whether its replicates differ."""
 
 
 # The box.
@@ -178,13 +179,12 @@ def importance(search: Any) -> dict[str, float]:
 # Results of settings.
 
 
-def study_of(fit: Fit, settings: Sequence[Setting], *, again: bool = False) -> Study:
-    """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
+def study_of(fit: Fit, settings: Sequence[Setting]) -> Study:
+    """Return the study whose points are settings, by their numbers."""
     texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in name.split("+"))
              for setting in settings]  # fmt: skip
     return replace(
         fit.study,
-        repeats=fit.study.repeats if again or fit.search_repeats is None else fit.search_repeats,
         axes={"setting": {str(number): level for number, level in enumerate(texts)}},
     )
 
@@ -214,7 +214,7 @@ def with_all(results: pl.DataFrame) -> pl.DataFrame:
     if results["name"].n_unique() < 2:
         return results
     whole = [
-        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min())
+        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min(), rows["random"].any())
         for (setting, replicate), rows in results.group_by("setting", "replicate", maintain_order=True)
     ]
     return pl.concat([pl.DataFrame(whole, RESULTS, orient="row"), results])
@@ -228,7 +228,8 @@ def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.D
     rows: list[dict[str, Any]] = []
     searched, anew = with_all(searched), with_all(anew).sort("setting", maintain_order=True)
     for (place, name), own in anew.group_by("setting", "name", maintain_order=True):
-        number, counted = best[int(place)], count(own["verdict"])
+        number, random = best[int(place)], own["random"][0]
+        counted = count(own["verdict"] if random else own["verdict"][:1], random=random)
         low, high = counted.interval or (None, None)
         rows.append({
             "number": number, **settings[number], "name": name,
@@ -256,7 +257,7 @@ def planned(fit: Fit, seed: int = 0) -> tuple[Ranges, list[str]]:
     check_counts(seed, fit.held_out, "--held-out")
     box, outside = box_of(fit)
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
-    plan = sweep_plan.planned(study_of(fit, corners), seed)
+    plan = sweep_plan.planned(study_of(fit, corners), seed, repeats=fit.search_repeats)
     if not plan.claims:
         raise UsageError(f"{', '.join(plan.experiments)}: no claim there can be fitted to")
     return box, outside
@@ -302,13 +303,17 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
     failures: list[Mapping[str, Any]] = []
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
-        study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
-        result = sweep.play(sweep_plan.planned(study, seed), out / name, pool)
+        study = replace(study_of(fit, shown), name=name, replicates=replicates)
+        plan = sweep_plan.planned(study, seed, repeats=None if again else fit.search_repeats)
+        result = sweep.play(plan, out / name, pool)
         failures.extend(result.failures)
-        slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")  # silence gains nothing
-        return result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack).cast(
-            RESULTS
-        )
+        rows = [
+            (int(point[0][1]), claim, number, one.verdict, sweep.slack(one), result.is_random(point, claim))
+            for (point, _, claim), outcomes in result.outcomes.items()
+            for number, one in enumerate(outcomes)
+        ]
+        silence = pl.col("value").fill_null(-MOST_SLACK)  # it gains nothing
+        return pl.DataFrame(rows, RESULTS, orient="row").with_columns(silence)
 
     def table(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.DataFrame:
         own = pl.DataFrame({"of": [of] * len(settings), "number": range(len(settings))})
@@ -336,7 +341,8 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
     filled, rows = table("sample", even, sample), again_table(settings, best, searched, anew)
     first, own = rows.row(0, named=True), found.row(best[0], named=True)
     winner = settings[best[0]]
-    counted = Count(first["satisfied"], first["replicates"] - first["satisfied"])
+    random = anew.filter(setting=0)["random"].any()
+    counted = Count(first["satisfied"], first["replicates"] - first["satisfied"], random=random)
     satisfied = filled.filter(pl.col("satisfied") == pl.col("claims")).height
     share, luck = Count(satisfied, filled.height - satisfied), first["in the search"] - first["anew"]
     few = counted.kind == "counted" and not counted.fails
@@ -344,8 +350,8 @@ def run(fit: Fit, seed: int, out: Path, pool: Workers) -> Run:
     word = word if own["satisfied"] == own["claims"] else "not fitted"
     low, high = share.interval or (0.0, 1.0)
     named = ", ".join(f"{key}={value}" for key, value in winner.items())
-    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search, and all of them in"
-             f" {counted} replicates that it never saw",
+    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search; all of them on"
+             f" fresh seeds: {counted.sentence()}",
              f"{share} settings that fill the box evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of"
              " the box",
              f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip

@@ -18,7 +18,8 @@ import polars as pl
 from experiments.bench import offline, trials
 from experiments.bench.grid import Levels, Point, values_of
 from experiments.bench.measures import UNITS, Measure, measured
-from experiments.bench.replicates import Replicate, judged, of_model, of_models
+from experiments.bench.replicates import Replicate, judged, of_model, of_models, places_of
+from experiments.bench.report.terminal import error_console
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
 from experiments.bench.run.parameters import Parameters
@@ -76,6 +77,8 @@ class Sweep:
         Every trial, one replicate after the other.
     shares
         (point, model, experiment, replicate) -> the trials that count there.
+    fixed
+        Points with the experiments in which nothing is random there: replicate 0 alone is run, and stands for all.
     description
         The contents of ``run.json``.
     parameters
@@ -94,6 +97,7 @@ class Sweep:
     seed: int
     specs: tuple[Any, ...]
     shares: Mapping[tuple[Point, str, str, int], Share]
+    fixed: frozenset[tuple[Point, str]]
     description: Mapping[str, Any]
     parameters: Parameters
     replicates: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
@@ -121,7 +125,10 @@ class Sweep:
 
     @cached_property
     def table(self) -> pl.DataFrame:
-        """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured."""
+        """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured.
+
+        There is one replicate where nothing that the claim is judged on is random.
+        """
         names = ("verdict", "decided", "measured", "effect", "n")
         on = {claim.id: experiment for claim, experiment in self.claims}
         rows = [
@@ -129,9 +136,15 @@ class Sweep:
              "seed": self.seed + number, **{name: getattr(outcome, name) for name in names},
              "slack": slack(outcome)}
             for (point, model, claim), outcomes in self.outcomes.items()
-            for number, outcome in enumerate(outcomes)
+            for number, outcome in enumerate(outcomes[: None if self.is_random(point, claim) else 1])
         ]  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
+
+    def is_random(self, point: Point, claim: str) -> bool:
+        """Return whether anything that a claim, or all of them, is judged on differs between replicates at a point."""
+        asked = [(one, place) for one, place in self.claims if claim in (one.id, TOGETHER)]
+        places = {name for one, place in asked for name in places_of(one, place, self.experiments)}
+        return any((point, name) not in self.fixed for name in places)
 
     @cached_property
     def counts(self) -> pl.DataFrame:
@@ -139,15 +152,14 @@ class Sweep:
 
         ``decided`` and ``measured`` are those of replicate 0.
         """
-        if self.table.is_empty():
-            return self.table
-        keys = [*self.axes, "model", "claim", "experiment"]
-        groups = self.table.group_by(keys, maintain_order=True)
-        rows = [
-            {**dict(zip(keys, key, strict=True)), **count_columns(count(rows["verdict"])),
-             **rows.select("decided", "measured").row(0, named=True)}
-            for key, rows in groups
-        ]  # fmt: skip
+        on, rows = {claim.id: experiment for claim, experiment in self.claims}, []
+        for (point, model, claim), outcomes in self.outcomes.items():
+            random, first = self.is_random(point, claim), outcomes[0]
+            counted = count([one.verdict for one in outcomes[: None if random else 1]], random=random)
+            rows.append({
+                **self._at(point, model), "claim": claim, "experiment": on.get(claim, ""), **count_columns(counted),
+                "decided": first.decided, "measured": first.measured,
+            })  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
 
     def _at(self, point: Point, model: str) -> dict[str, Any]:
@@ -168,7 +180,7 @@ class Sweep:
                     [row for row in part.of(model) if row["experiment"] == experiment]
                     if condition or not part.lost.get((experiment, model))
                     else []
-                    for part in every
+                    for part in every[: 1 if (point, experiment) in self.fixed else None]
                 ]
                 each = [measured(measure, condition, part)["value"] for part in whole]
                 known = [value for value in each if value is not None]
@@ -184,7 +196,8 @@ class Sweep:
     def rows(self, point: Point, model: str) -> pl.DataFrame:
         """Return the rows of the trials of a point and a model in all replicates, with the column ``replicate``."""
         every = enumerate(self.replicates[point, model])
-        rows = [{**row, "replicate": number} for number, part in every for row in part.rows]
+        rows = [{**row, "replicate": number} for number, part in every for row in part.rows
+                if not number or (point, row["experiment"]) not in self.fixed]  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
 
     @cached_property
@@ -216,7 +229,8 @@ def read(plan: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Mapp
             lost = Counter[tuple[str, str]]()
             models: dict[str, Any] = {}
             for experiment in plan.experiments:
-                numbers, seen = plan.shares.get((point, judge, experiment, number), (range(0), {}))
+                played = 0 if (point, experiment) in plan.fixed else number
+                numbers, seen = plan.shares.get((point, judge, experiment, played), (range(0), {}))
                 models |= seen
                 for trial in numbers:
                     for name, model in seen.items():
@@ -291,6 +305,8 @@ def run(plan: Sweep, out: Path, pool: Workers) -> Sweep:
     from experiments.bench.report import style  # not before: workers do without matplotlib
     from experiments.bench.report import sweep as report
 
+    if plan.fixed and not pool.quiet:
+        error_console.print("note: where nothing is random one replicate is run, and the verdict is that at any seed")
     with pool.running():
         result = play(plan, out, pool)
     files, name = Files(out), plan.study.name

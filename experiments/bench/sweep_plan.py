@@ -14,7 +14,7 @@ from typing import Any
 
 from experiments import NAMES
 from experiments.bench import measures as measuring
-from experiments.bench import registry, trials
+from experiments.bench import offline, registry, trials
 from experiments.bench.grid import (
     Base,
     Levels,
@@ -37,10 +37,10 @@ from experiments.bench.run.settings import changed, check_counts, watchers
 from experiments.bench.sources import clips
 from experiments.bench.sources.clips import Clip, OfflineExperiment
 from experiments.bench.sources.experiment import Experiment
-from experiments.bench.sources.robot import trials_of
+from experiments.bench.sources.robot import is_random, trials_of
 from experiments.bench.sources.trial_rows import TRIAL_SCHEMA
 from experiments.bench.stats.claim import Claim, find_claim
-from experiments.bench.study import Study
+from experiments.bench.study import WHOLE, Study
 from experiments.bench.sweep import EVERY_MODEL, Share, Sweep
 from scenes.hints import nearest
 
@@ -50,14 +50,16 @@ class Part:
     """One experiment of a sweep: the models shown, and what makes its trials at a point.
 
     ``base`` has the sections of ``--set`` beside the models' own. ``render`` makes conditions, or clips' parameters,
-    of what a point sets there, and a function from a replicate and the models to trials.
+    of what a point sets there, a function from a replicate and the models to trials, and whether replicates differ.
     """
 
     declared: Any
     models: Sequence[ConfiguredModel]
     base: Base
     repeats: int
-    render: Callable[[Mapping[str, str]], tuple[Sequence[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]]]]
+    render: Callable[
+        [Mapping[str, str]], tuple[Sequence[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]], bool]
+    ]
     described: Mapping[str, Any]
 
     def base_of(self, model: ConfiguredModel) -> Base:
@@ -88,7 +90,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
             found = trials_of(experiment, dataclasses.replace(moved, models=shown), repeats, seed + replicate)
             return [dataclasses.replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
 
-        return experiment.conditions(), specs
+        return experiment.conditions(), specs, is_random(moved)
 
     base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
             "experiment": whole.description["experiment"].design}  # fmt: skip
@@ -115,7 +117,7 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
             every = moved.trials(variants, study.replicates, seed)
             return [trial for trial in every if trial.repeat == replicate]
 
-        return [clip.build(seed).params for clip in moved.clips], specs
+        return [clip.build(seed).params for clip in moved.clips], specs, offline.is_random(moved)
 
     described = {**clips.described_scenes(whole.clips, study.replicates, None),
                  "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
@@ -144,7 +146,9 @@ def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
-def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> Sweep:
+def planned(
+    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None
+) -> Sweep:
     """Check a study and list all its trials.
 
     Parameters
@@ -155,6 +159,8 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         Of replicate 0; replicate k has ``seed`` + k.
     models_in
         Experiment -> the models shown there, all judged together, in place of the study's.
+    repeats
+        Trials of each condition, in place of the study's own number.
 
     Raises
     ------
@@ -167,6 +173,9 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
         raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
+    if not on_robot and (repeats is not None or study.repeats not in (None, WHOLE)):
+        raise UsageError(f"--repeats: {', '.join(names)} shows clips, once in a replicate; give --replicates")
+    study = study if repeats is None else dataclasses.replace(study, repeats=repeats)
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
@@ -190,18 +199,23 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
     parts = [part for part in parts if models_in or part.declared.name in asked]
+    shown = [(part.declared.name, *rendering) for part in parts for rendering in renderings[part.declared.name]]
+    fixed = frozenset((point, name) for name, *_, random, _, watching in shown if not random for point in watching)
+    if not any(random for *_, random, _, _ in shown):
+        study = dataclasses.replace(study, replicates=1)
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
-    for replicate, name in product(range(study.replicates), [part.declared.name for part in parts]):
-        for _, rendered, variants, watching in renderings[name]:
-            found = rendered(replicate, tuple(variants.values()))
-            numbers = range(len(specs), len(specs) + len(found))
-            specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
-            for point, seen in watching.items():
-                if on_robot and not models_in:
-                    shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
-                else:
-                    shares[point, judged[0], name, replicate] = (numbers, seen)
+    for replicate, (name, _, rendered, random, variants, watching) in product(range(study.replicates), shown):
+        if replicate and not random:  # it would be replicate 0 once more
+            continue
+        found = rendered(replicate, tuple(variants.values()))
+        numbers = range(len(specs), len(specs) + len(found))
+        specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
+        for point, seen in watching.items():
+            if on_robot and not models_in:
+                shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
+            else:
+                shares[point, judged[0], name, replicate] = (numbers, seen)
     if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
     there = {(point, name) for point, name, *_ in shares}
@@ -219,7 +233,7 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         **provenance.of(sources, parts[0].declared),
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
-    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, description, parameters)
+    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, fixed, description, parameters)
 
 
 def answering(claims: Sequence[str | Claim]) -> list[str]:
@@ -291,7 +305,7 @@ def _renderings(
 ) -> list[tuple[Any, ...]]:
     """Return the trials of one experiment that points share, and note the points' values in ``parameters``.
 
-    Each has conditions and trials (`Part.render`), the models by label, and of each point the models by their names.
+    Each has what `Part.render` returns, the models by label, and of each point the models by their names.
     """
     texts = {point: [text for name, level in point for text in axes[name][level]] for point in points_of(axes)}
     by_setting: dict[tuple[tuple[str, str], ...], list[Point]] = {}

@@ -32,7 +32,7 @@ from experiments.bench.sources.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.bench.sources.experiment import Design, Experiment, Settings
 from experiments.bench.sources.judge import judge
 from experiments.bench.sources.pictures import Pictures, digests
-from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, trials_of
+from experiments.bench.sources.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
 from experiments.bench.sources.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.bench.stats import stored
 from experiments.bench.stats.claim import find_claim
@@ -247,8 +247,9 @@ def conclude(description: Mapping[str, Any], folder: RunFolder) -> Run:
         The run as its files have it.
     """
     experiment, models = description["experiment"], description["settings"].models
+    random = description["kind"] != "trials" or is_random(description["settings"])  # a log's always are
     rows = folder.table("trials").to_dicts()
-    folder.write_json("claims.json", stored.document(_verdicts(experiment, models, rows, folder.failures())))
+    folder.write_json("claims.json", stored.document(_verdicts(experiment, models, rows, folder.failures(), random)))
     run = load(folder.folder)
     if not rows:
         return run
@@ -265,8 +266,9 @@ def conclude(description: Mapping[str, Any], folder: RunFolder) -> Run:
 
 
 def _verdicts(
-    experiment: Experiment, models: Sequence[ConfiguredModel], rows: Sequence[Any], failures: Sequence[Any]
-) -> list[Verdict]:
+    experiment: Experiment, models: Sequence[ConfiguredModel], rows: Sequence[Any], failures: Sequence[Any],
+    random: bool,
+) -> list[Verdict]:  # fmt: skip
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
     claims = [find_claim(claim, "robot") for claim in experiment.claims]
     thresholds = {model.label: model.threshold for model in models}
@@ -283,7 +285,7 @@ def _verdicts(
         lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
         outcome = judge(claim, about, thresholds.get(label or claim.spiking)).noting(failed)
-        verdicts.append(claim.verdict([outcome], model=label, experiment=experiment.name))
+        verdicts.append(claim.verdict([outcome], random=random, model=label, experiment=experiment.name))
     return verdicts
 
 

@@ -24,10 +24,12 @@ from experiments.bench.report.sweep import draw, finding
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.judge import judge as outcome
+from experiments.bench.stats.count import Count, count_of
 from experiments.bench.study import TOGETHER
 from experiments.bench.sweep import read
 from experiments.bench.trials import plan as robot_plan
 from tests.bench.stats.test_replicates import rows_of as answers_of
+from tests.helpers.clip_rows import row as clip_row
 
 BOTH = ("general", "angular-recession")
 ARGUMENTS = ["sweep", "general", "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C14", "--repeats", "5",
@@ -344,3 +346,82 @@ def test_no_two_axes_move_one_parameter(over):
         levels_of(over)
     assert list(levels_of(("a.b.first=2,3", "a.b.last=8,9"))) == ["a.b.first", "a.b.last"], "its two ends are two"
     assert list(levels_of(("a.b.first=2,3",), ("a.b=1,9",))) == ["a.b.first"], "the other end is as --set has it"
+
+
+# --- where nothing is random ------------------------------------------------------------------------------------------
+
+STILL = ("experiment.pose_sd_mm=0", "experiment.heading_sd_deg=0", "scene.turn_wall=false", "camera.preset=ideal")
+COUNTED = ("holds", "fails", "replicates", "low", "high", "word")
+
+
+def test_equal_clips_are_one_replicate_and_its_verdict_is_that_at_any_seed(tmp_path):
+    (tmp_path / "crossing.py").write_text(FILE.replace('"cluttered"', '"plain"'))
+    table = experiments.sweep(str(tmp_path / "crossing.py"), ("dsnn.t_sp=0.05,0.9",), seeds=range(20),
+                              claims=("passes",), out=tmp_path / "out", workers=0, quiet=True)  # fmt: skip
+    assert table.select("dsnn.t_sp", "verdict", "replicate").rows() == [(0.05, "holds", 0), (0.9, "fails", 0)]
+    assert pl.read_parquet(tmp_path / "out" / "trials.parquet")["trial"].n_unique() == 2, "each clip once"
+    counts = pl.read_csv(tmp_path / "out" / "counts.csv")
+    assert counts.select(COUNTED).rows() == [(1, 0, 1, None, None, "holds"), (0, 1, 1, None, None, "fails")]
+    assert [count_of(row) for row in counts.to_dicts()] == [Count(1, random=False), Count(0, 1, random=False)]
+
+
+def test_trials_without_any_spread_are_one_replicate_at_their_point(tmp_path):
+    plan = planned(["general"], "scene.light_sd=0,0.1", claims=("C13",), assignments=STILL, replicates=3, repeats=5)
+    trials = len(registry.load("general").conditions()) * 5
+    assert len(plan.specs) == (1 + 3) * trials
+    result = judged(plan, lambda spec, _: int(spec.condition.motion == "translation"))
+    assert [tuple(row[name] for name in COUNTED) for row in result.counts.to_dicts()] == [
+        (1, 0, 1, None, None, "holds"), (3, 0, 3, pytest.approx(0.292, abs=1e-3), 1.0, ""),
+    ]  # fmt: skip
+    assert [result.rows(*key).height for key in plan.judged] == [trials, 3 * trials]
+    settings = dict(text.split("=") for text in STILL) | {"experiment.speeds_cm_s": 30, "scene.light_sd": 0}
+    given = {"repeats": 1, "recordings": False, "settings": settings, "workers": 0, "quiet": True}
+    one, other = (experiments.run("speed", seed=seed, out=tmp_path / str(seed), **given) for seed in (0, 9))
+    assert one.frames.drop("wall_s", strict=False).equals(other.frames.drop("wall_s", strict=False)), "it is so"
+    assert one.trials.drop("seed", "wall_s").equals(other.trials.drop("seed", "wall_s"))
+    assert {text.partition("(")[0] for text in one.claims["count"]} and one.claims["word"].null_count() == 0
+
+
+@pytest.mark.parametrize("key", ["experiment.pose_sd_mm", "experiment.heading_sd_deg", "scene.light_sd",
+                                 "camera.shot_noise", "camera.read_noise", "camera.jitter_ms",
+                                 "camera.drop_probability"])  # fmt: skip
+def test_any_spread_of_a_trial_makes_replicates_differ(key):
+    settings = [text for text in (*STILL, "scene.light_sd=0") if not text.startswith(key)]
+    plan = planned(["general"], f"{key}=0,0.5", claims=("C13",), assignments=settings, replicates=2, repeats=5)
+    assert plan.fixed == {(((key, "0"),), "general")}
+
+
+def test_clips_that_tremble_are_counted_beside_equal_ones(tmp_path):
+    """Claims together are counted over all replicates, the claim on equal clips as it comes out in the one of them."""
+    claims = {"still": (FILE.replace('"cluttered"', '"plain"'), '"passes"'),
+              "leaves": (FILE.replace("passes", "stays"), '"stays"')}  # fmt: skip
+    for name, (text, _) in claims.items():
+        (tmp_path / f"{name}.py").write_text(text.replace('"crossing"', f'"{name}"'))
+    plan = planned([str(tmp_path / f"{name}.py") for name in claims], "dsnn.t_sp=0.1,0.2", claims=("passes", "stays"),
+                   replicates=3)  # fmt: skip
+    assert len(plan.specs) == 2 + 3 * 2
+    peak = {spec.index: 0.15 + 0.1 * (spec.repeat != 1) for spec in plan.specs}
+    rows = [clip_row(spec.condition.name, model.label, trial=spec.index, experiment=spec.experiment,
+                     peak_hs=peak[spec.index]) for spec in plan.specs for model in spec.models]  # fmt: skip
+    counts = counts_of(read(plan, rows))
+    found = {key: (row["holds"], row["replicates"]) for key, row in counts.items()}
+    assert found == {(0.1, "passes"): (1, 1), (0.1, "stays"): (3, 3), (0.1, TOGETHER): (3, 3),
+                     (0.2, "passes"): (1, 1), (0.2, "stays"): (2, 3), (0.2, TOGETHER): (2, 3)}  # fmt: skip
+
+
+def test_one_value_is_one_point():
+    with pytest.raises(UsageError):
+        levels_of(("dsnn.t_sp=0.1,0.10",))
+
+
+@pytest.mark.parametrize("repeats", [7, 10])
+def test_repeats_of_clips_are_refused(repeats, tmp_path):
+    given = {"claims": ("C2",), "out": tmp_path / "out", "workers": 0, "quiet": True}
+    over = ("dsnn.t_sp=0.1,0.2",)
+    with pytest.raises(UsageError, match="repeats"):
+        experiments.sweep("clean", over, repeats=repeats, **given)
+    with pytest.raises(UsageError, match="repeats"):
+        main.command(["sweep", "clean", "--over", *over, "--repeats", str(repeats), "--out", str(tmp_path / "out")])
+    with pytest.raises(UsageError, match="repeats"):
+        planned(["clean"], *over, claims=("C2",), repeats=7)
+    assert not (tmp_path / "out").exists()

@@ -95,9 +95,9 @@ def sweep(
         return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, pool)
     study = typed(
         experiment, over or (), claims=_names(claims), measures=_names(measure), models=model, assignments=assignments,
-        repeats=repeats, replicates=replicates,
+        replicates=replicates,
     )  # fmt: skip
-    plan = planned(study, seed)
+    plan = planned(study, seed, repeats=repeats)
     folder = options.results_folder(out, study.name)
     result = sweeps.run(plan, folder, pool)
     if not quiet:

@@ -35,7 +35,7 @@ def draw(result: Any) -> Figure:
     if not named and len(result.axes) == 1:
         symbols.append("Whiskers: 95 % interval, or range")
     elif cells["judged"].any():
-        symbols.append("k/n: holds in k of n (h: the DSNN's half); hatched: not judged")
+        symbols.append("k/n: holds in k of n (h: the DSNN's half); a word: at any seed; hatched: not judged")
     with style.look():
         figure = _table(result, cells) if named else _panels(result, cells)
         style.headline(figure, finding(cells))
@@ -53,6 +53,8 @@ def shown(row: Mapping[str, Any]) -> tuple[float, str]:
     half = counted.half or counted
     if not half.judged:
         return math.nan, "-"
+    if not half.random:
+        return float(half.word == "holds"), f"{half.word}{' (h)' if counted.half else ''}"
     return half.holds / counted.replicates, f"{half.holds}/{counted.replicates}{'h' if counted.half else ''}"
 
 
@@ -157,7 +159,8 @@ def _table(result: Any, cells: pl.DataFrame) -> Figure:
 def show(result: Any, folder: Path) -> None:
     """Print a sweep: a row for each point and model, at how many points each claim holds, and where its files are."""
     wide = _cells(result).pivot("what", index=[*result.axes, "model"], values="text", maintain_order=True)
-    terminal.show(wide, f"Replicates of {result.study.replicates} in which claims hold" if result.claims else "")
+    title = f"Replicates of {result.study.replicates} in which claims hold; a word: at any seed"
+    terminal.show(wide, title if result.claims else "")
     unjudged = {key[2]: outcomes[0].deciding for key, outcomes in result.outcomes.items()
                 if not any(one.judged or one.verdict == "unknown constants" for one in outcomes)}  # fmt: skip
     for claim in sorted(unjudged.keys() - {TOGETHER}):
