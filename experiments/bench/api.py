@@ -175,17 +175,18 @@ def run(
         declared: Experiment | OfflineExperiment = experiment
         hand = declared.conditions()[0].hand if isinstance(declared, Experiment) and declared.name == LIVE else None
         source: Any = {LIVE: asdict(hand)} if hand else {"object": declared.name}
-        registry.check_claims(declared, f"experiment {declared.name}")
+        registry.find(declared)  # its claims are those of its kind
     else:
         declared, source = registry.find(str(experiment)), str(experiment)
+    texts = assignments(settings)
     asked = {
-        "models": model_texts(models), "only": only, "settings": assignments(settings), "seed": operator.index(seed),
+        "models": model_texts(models), "only": only, "settings": texts, "seed": operator.index(seed),
         "repeats": None if repeats is None else operator.index(repeats), "eyes": eyes,
         "pictures": None if pictures is None else folder_pictures(pictures),
     }  # fmt: skip
     place = new_folder(declared.name) if out is None else Path(out)
     arguments = {
-        **asked, "experiment": source, "settings": dict(text.split("=", 1) for text in assignments(settings)),
+        **asked, "experiment": source, "settings": dict(text.split("=", 1) for text in texts),
         "pictures": None if pictures is None else os.fspath(pictures), "recordings": recordings,
     }  # fmt: skip
     pool = Workers(workers, cluster, quiet=quiet)
@@ -252,9 +253,9 @@ def fit(
 
 
 def sweep(
-    experiment: str | Study,
-    over: Sequence[str] = (),
-    models: Sequence[str] | None = None,
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment | Study,
+    over: Iterable[str] | Mapping[str, Any] = (),
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] | None = None,
     seeds: range | None = None,
     *,
     claims: Sequence[str] | None = None,
@@ -271,9 +272,9 @@ def sweep(
     Parameters
     ----------
     experiment
-        Experiments, names or files joined by commas; or a study, by its name, its file, or as it is.
+        Experiments, names or files joined by commas, or one as it is; or a study, by its name, its file, or as it is.
     over
-        Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them. A study has its own.
+        Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them, or ``{"dsnn.t_sp": (0.1, 0.2)}``. A study has its own.
     models
         The models judged, one by one; ``None``: those of the study, or the DSNN.
     seeds
@@ -310,7 +311,8 @@ def sweep(
     """
     if seeds is not None and (seeds.step != 1 or not seeds):
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
-    given = {"models": models, "claims": claims, "measures": measures, "replicates": seeds and len(seeds)}
+    labels = None if models is None else model_texts(models)
+    given = {"models": labels, "claims": claims, "measures": measures, "replicates": seeds and len(seeds)}
     study = typed(experiment, over, **given)
     place = new_folder(study.name) if out is None else Path(out)
     plan = planned_sweep(study, seeds.start if seeds else 0, repeats=repeats)

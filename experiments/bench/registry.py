@@ -27,13 +27,15 @@ def load(name: str) -> Experiment:
     return experiment
 
 
-def find(name: str) -> Experiment | OfflineExperiment:
-    """Return the experiment called ``name``, or the one that the file ``name`` declares as ``EXPERIMENT``.
+def find(name: str | Experiment | OfflineExperiment) -> Experiment | OfflineExperiment:
+    """Return the experiment called ``name``, the one that the file ``name`` declares as ``EXPERIMENT``, or it itself.
 
     Raises `UsageError` on an unknown name, and on a file that cannot be read, has an error, or declares none.
     """
     experiment: Experiment | OfflineExperiment
-    if name in NAMES:
+    if not isinstance(name, str):
+        experiment, name = name, f"experiment {name.name}"
+    elif name in NAMES:
         experiment = importlib.import_module(f"experiments.{name.replace('-', '_')}").EXPERIMENT
     elif name in OFFLINE:
         clips = importlib.import_module("experiments.clips").EXPERIMENTS

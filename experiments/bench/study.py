@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from experiments.bench.grid import Levels
-from experiments.bench.run.errors import UsageError, check_known, check_name
+from experiments.bench.run.errors import UsageError, check_known, check_name, short
 from experiments.bench.run.models import named_model
+from experiments.bench.run.settings import assignments
 from experiments.bench.run.user_code import declared, declares, is_file
+from experiments.bench.sources.clips import OfflineExperiment
+from experiments.bench.sources.experiment import Experiment
 from experiments.bench.stats.claim import Claim
 from experiments.studies import FITS, STUDIES
 
@@ -40,8 +44,8 @@ class Study:
     measures
         Names of `experiments.bench.measures.MEASURES`.
     experiments
-        Names or files, of one kind; a claim is judged on the first that declares it. Without: for each claim the
-        paper's experiment that answers for it.
+        Names, files or experiments as they are, of one kind; a claim is judged on the first that declares it. Without:
+        for each claim the paper's experiment that answers for it.
     axes
         Name of an axis -> its levels, each with the ``KEY=VALUE`` texts that make it.
     over
@@ -86,7 +90,7 @@ class Study:
     summary: str
     claims: tuple[str | Claim, ...] = ()
     measures: tuple[str, ...] = ()
-    experiments: tuple[str, ...] = ()
+    experiments: tuple[str | Experiment | OfflineExperiment, ...] = ()
     axes: Mapping[str, Levels] = field(default_factory=dict)
     over: tuple[str, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
@@ -102,6 +106,9 @@ class Study:
     def __post_init__(self) -> None:
         check_name("study", self.name)
         make_tuples(self, f"study {self.name}", ("claims", "measures", "experiments", "over", "models", "assignments"))
+        where, axes = f"study {self.name}: a level", self.axes.items()
+        made = {axis: {name: tuple_of(level, where) for name, level in levels.items()} for axis, levels in axes}
+        object.__setattr__(self, "axes", made)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,12 +164,17 @@ class Fit:
 
 
 def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
-    """Make tuples of the sequences in some fields of a frozen declaration; `UsageError` for a text there."""
+    """Make tuples of what some fields of a frozen declaration have: see `tuple_of`."""
     for name in fields:
-        values = getattr(declaration, name)
-        if isinstance(values, str):
-            raise UsageError(f"{where}: {name} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
-        object.__setattr__(declaration, name, tuple(values))
+        object.__setattr__(declaration, name, tuple_of(getattr(declaration, name), f"{where}: {name}"))
+
+
+def tuple_of(values: Iterable[Any], what: str) -> tuple[Any, ...]:
+    """Return values as a tuple, settings as ``KEY=VALUE`` texts, and paths as texts; `UsageError` for one text."""
+    if isinstance(values, str):
+        raise UsageError(f"{what} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
+    values = assignments(values) if isinstance(values, Mapping) else values
+    return tuple(os.fspath(value) if isinstance(value, os.PathLike) else value for value in values)
 
 
 def shipped(name: str) -> Any:
@@ -185,23 +197,32 @@ def called(name: str) -> Study | None:
     study: Study = declared(path, "STUDY", Study)
     models = tuple(named_model(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
     folder = path.resolve().parent
-    experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
+    own = study.experiments
+    experiments = tuple(str(folder / name) if isinstance(name, str) and is_file(name) else name for name in own)
     return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))
 
 
-def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
+def typed(
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment | Study,
+    over: Iterable[str] | Mapping[str, Any] = (), **given: Any,
+) -> Study:  # fmt: skip
     """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
 
     ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
     """
-    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
+    over = tuple_of(over, "over")
+    text = os.fspath(experiment) if isinstance(experiment, str | os.PathLike) else ""
+    names: tuple[Any, ...] = tuple(name for name in text.split(",") if name)
+    study = experiment if isinstance(experiment, Study) else None if over or not text else called(text)
     if study is None:
-        assert isinstance(experiment, str)
-        names = tuple(name for name in experiment.split(",") if name)
-        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
-        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
+        if isinstance(experiment, Experiment | OfflineExperiment):
+            names, text = (experiment,), experiment.name
+        if not names:
+            raise UsageError(f"experiment must be a name, a file, a study or an experiment, got {short(experiment)}")
+        summary = f"{text} over {', '.join(key.partition('=')[0] for key in over) or 'no parameter'}"
+        study = Study("sweep", summary, experiments=names, over=over, repeats=None, replicates=1)
     asked = {name: value for name, value in given.items() if value is not None}
     if over and isinstance(experiment, Study):
-        asked["over"] = tuple(over)
+        asked["over"] = over
     asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
     return dataclasses.replace(study, **asked)

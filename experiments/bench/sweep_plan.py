@@ -57,9 +57,7 @@ class Part:
     models: Sequence[ConfiguredModel]
     base: Base
     repeats: int
-    render: Callable[
-        [Mapping[str, str]], tuple[Sequence[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]], bool]
-    ]
+    render: Callable[[Mapping[str, str]], tuple[Any, ...]]
     described: Mapping[str, Any]
 
     def base_of(self, model: ConfiguredModel) -> Base:

@@ -19,7 +19,7 @@ from experiments.bench.run import provenance
 from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.errors import UsageError, as_usage_error
 from experiments.bench.run.folder import RunFolder
-from experiments.bench.run.models import ConfiguredModel, look_up
+from experiments.bench.run.models import look_up
 from experiments.bench.run.parameters import Parameters, differing
 from experiments.bench.run.play import play
 from experiments.bench.run.rows import TrialRecord, drawn_here
@@ -247,9 +247,8 @@ def conclude(description: Mapping[str, Any], folder: RunFolder) -> Run:
         The run as its files have it.
     """
     experiment, models = description["experiment"], description["settings"].models
-    random = description["kind"] != "trials" or is_random(description["settings"])  # a log's always are
     rows = folder.table("trials").to_dicts()
-    folder.write_json("claims.json", stored.document(_verdicts(experiment, models, rows, folder.failures(), random)))
+    folder.write_json("claims.json", stored.document(_verdicts(description, rows, folder.failures())))
     run = load(folder.folder)
     if not rows:
         return run
@@ -265,11 +264,10 @@ def conclude(description: Mapping[str, Any], folder: RunFolder) -> Run:
     return run
 
 
-def _verdicts(
-    experiment: Experiment, models: Sequence[ConfiguredModel], rows: Sequence[Any], failures: Sequence[Any],
-    random: bool,
-) -> list[Verdict]:  # fmt: skip
+def _verdicts(description: Mapping[str, Any], rows: Sequence[Any], failures: Sequence[Any]) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
+    experiment, models = description["experiment"], description["settings"].models
+    random = description["kind"] != "trials" or is_random(description["settings"])  # what a real robot did always is
     claims = [find_claim(claim, "robot") for claim in experiment.claims]
     thresholds = {model.label: model.threshold for model in models}
     asked = [

@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -25,7 +26,7 @@ from experiments.bench.run.errors import UsageError
 from experiments.bench.run.models import choose
 from experiments.bench.sources.judge import judge as outcome
 from experiments.bench.stats.count import Count, count_of
-from experiments.bench.study import TOGETHER
+from experiments.bench.study import TOGETHER, typed
 from experiments.bench.sweep import read
 from experiments.bench.trials import plan as robot_plan
 from tests.bench.stats.test_replicates import rows_of as answers_of
@@ -338,6 +339,30 @@ def test_the_function_returns_the_outcomes(tmp_path):
     written = pl.read_csv(tmp_path / "out" / "counts.csv")
     assert table["value"].to_list() == written["value"].to_list() and set(table["dsnn.t_sp"]) == {0.2, 0.3}
     assert set(pl.read_parquet(tmp_path / "out" / "trials.parquet")["repeat"]) == {0, 1}
+
+
+def test_what_python_gives_a_sweep_is_what_texts_say(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "alpha.py").write_text(OWN)
+    alpha = registry.find("alpha.py")
+    texts, other = ("dsnn.t_sp=0.1,0.2",), planned(["alpha.py"], "dsnn.t_sp=0.1,0.2", assignments=("dsnn.n_con=6",))
+    once = {"replicates": 1, "repeats": None}
+    same = [
+        typed(Path("alpha.py"), (over for over in texts), assignments=["dsnn.n_con=6"]),
+        typed(alpha, {"dsnn.t_sp": (0.1, 0.2)}, assignments=["dsnn.n_con=6"]),
+        Study("s", "s", experiments=(alpha,), over=texts, assignments={"dsnn": {"n_con": 6}}, **once),
+        Study("s", "s", experiments=(Path("alpha.py"),), assignments=("dsnn.n_con=6",), **once,
+              axes={"dsnn.t_sp": {"0.1": (text for text in ("dsnn.t_sp=0.1",)), "0.2": {"dsnn.t_sp": 0.2}}}),
+    ]  # fmt: skip
+    for study in same:
+        plan = sweep_plan.planned(study)
+        assert plan.axes == other.axes and len(plan.specs) == len(other.specs)
+        for one, two in zip(plan.specs, other.specs, strict=True):
+            assert (one.seed, one.condition) == (two.seed, two.condition)
+            assert [model.network for model in one.models] == [model.network for model in two.models]
+    for wrong in (["speed"], 3, None):
+        with pytest.raises(UsageError):
+            experiments.sweep(wrong, texts)
 
 
 @pytest.mark.parametrize("over", [("a.b.first=2,3", "a.b=4,6"), ("a.b=4,6", "a.b.last=2,3"), ("a.b=1,2", "a.b=3,4")])

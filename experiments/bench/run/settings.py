@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -12,9 +13,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from dsnn import MODELS
 from dsnn.field_docs import meaning
-from experiments.bench.run.errors import UsageError, check_known
+from experiments.bench.run.errors import UsageError, check_known, short
 from experiments.bench.run.models import PRESET as PRESET
 from experiments.bench.run.models import ConfiguredModel, family, look_up, names, parse_model, presets
+from experiments.bench.run.parameters import cell
 from scenes.hints import nearest
 
 SECTIONS = frozenset(map(family, MODELS))
@@ -154,8 +156,8 @@ def _legal(schema: Mapping[str, Any]) -> str:
         parts = schema.get("prefixItems") or [schema["items"]]
         number = len(parts) if "prefixItems" in schema else schema.get("minItems", 0)
         exact = number > 0 and number == schema.get("maxItems")
-        count = f"{number} values" if exact else "one or more values"
-        return f"{count}, separated by commas, each {_legal(parts[0])}"
+        count, each = f"{number} values" if exact else "one or more values", _legal(parts[0])
+        return f"{count}, separated by commas{each and f', each {each}'}"
     if "enum" in schema:
         return f"one of {', '.join(map(str, schema['enum']))}"
     if schema.get("type") == "boolean":
@@ -225,21 +227,34 @@ def described(values: Mapping[str, Any]) -> Iterator[dict[str, str]]:
         properties = _properties(value.__class__)
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)
-            text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
-            schema = properties[field.name]
+            schema, text = properties[field.name], str(cell(present))
             words = meaning(type(value), field.name) or schema.get("description", "")
             yield {"key": f"{section}.{field.name}", "value": text, "legal": _legal(schema), "unit": _unit(schema),
                    "description": words}  # fmt: skip
 
 
 def assignments(settings: Mapping[str, Any] | None) -> list[str]:
-    """Return settings as ``--set`` takes them: ``{"dsnn.n_con": 6}`` is ``dsnn.n_con=6``."""
-    return [f"{key}={_text(value)}" for key, value in (settings or {}).items()]
+    """Return settings as ``--set`` takes them: ``{"dsnn.n_con": 6}`` or ``{"dsnn": {"n_con": 6}}``: ``dsnn.n_con=6``.
+
+    Raises `UsageError` for ``None``, and for several values of which one has a comma, or is several itself.
+    """
+    texts = []
+    for key, value in (settings or {}).items():
+        if isinstance(value, Mapping):
+            texts += assignments({f"{key}.{name}": part for name, part in value.items()})
+        else:
+            texts.append(f"{key}={_text(value)}")
+    return texts
 
 
 def _text(value: Any) -> str:
-    if isinstance(value, str):
-        return value
+    if isinstance(value, str | bytes | os.PathLike):
+        return os.fsdecode(value)
     if isinstance(value, Iterable) and getattr(value, "ndim", True):
-        return ",".join(map(_text, value))
-    return str(value).lower()
+        parts = [_text(part) for part in value]
+        if any("," in part for part in parts):
+            raise UsageError(f"settings: each of several values must be one, without a comma, got {short(parts)}")
+        return ",".join(parts)
+    if value is None:
+        raise UsageError("settings: None is no value; leave that parameter out")
+    return {"True": "true", "False": "false"}.get(text := str(value), text)
