@@ -311,10 +311,16 @@ def sweep(
     """
     if seeds is not None and (seeds.step != 1 or not seeds):
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
-    labels = None if models is None else model_texts(models)
-    given = {"models": labels, "claims": claims, "measures": measures, "replicates": seeds and len(seeds)}
+    given = {"models": None if models is None else model_texts(models), "claims": claims, "measures": measures,
+             "replicates": seeds and len(seeds)}  # fmt: skip
     study = typed(experiment, over, **given)
+    asked = {"over": over, "models": models, "claims": claims, "measures": measures}
+    again = {name: getattr(study, name) for name, value in asked.items() if value}
+    own = any(isinstance(claim, Claim) for claim in again.get("claims", ()))
+    source = str(experiment) if isinstance(experiment, str | os.PathLike) and not own else {"object": study.name}
+    arguments = {**again, "experiment": source, "repeats": repeats, "seeds": seeds and [seeds.start, seeds.stop]}
     place = new_folder(study.name) if out is None else Path(out)
     plan = planned_sweep(study, seeds.start if seeds else 0, repeats=repeats)
-    result = sweeps.run(plan, place, Workers(workers, quiet=quiet))
+    with begun_by({"call": "experiments.sweep", "arguments": arguments}):
+        result = sweeps.run(plan, place, Workers(workers, quiet=quiet))
     return result.table if plan.claims else result.numbers

@@ -111,6 +111,9 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
         changed(section, values[section], collected.get(section, {}))
         for section in ("robot", "camera", "scene", "experiment")
     )
+    if lacking := [name for name in ("pose_sd_mm", "heading_sd_deg") if not hasattr(design, name)]:
+        where = f"{experiment.file or experiment.name}: the design {type(design).__name__}"
+        raise UsageError(f"{where} must have {' and '.join(lacking)}, spreads of the start from 0 to 100")
     settings = Settings(chosen, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
     with as_usage_error("--set: "):
         return dataclasses.replace(experiment, design=design), settings

@@ -365,6 +365,24 @@ def test_what_python_gives_a_sweep_is_what_texts_say(tmp_path, monkeypatch):
             experiments.sweep(wrong, texts)
 
 
+def test_a_sweep_begun_from_python_is_repeated_or_says_why_not(tmp_path, monkeypatch, colias):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "crossing.py").write_text(FILE)
+    given = {"seeds": range(2, 4), "workers": 0, "quiet": True}
+    over = ("dsnn.t_sp=0.1,0.2",)
+    claim = registry.find("crossing.py").claims[0]
+    first = experiments.sweep(Path("crossing.py"), {"dsnn.t_sp": (0.1, 0.2)}, ["dsnn"], claims=iter(["passes"]),
+                              out="named", **given)  # fmt: skip
+    repeated = colias("run", "--again", "named", "--out", "again", "--workers", "0", "-q")
+    assert (repeated.returncode, repeated.stdout.split(":")[0]) == (0, "equal"), repeated.stderr
+    assert pl.read_csv("again/outcomes.csv")["seed"].to_list() == first["seed"].to_list() == [2, 3, 2, 3]
+    experiments.sweep(registry.find("crossing.py"), over, claims=("passes",), out="object", **given)
+    experiments.sweep("crossing.py", over, claims=(claim,), out="claim", **given)
+    for name in ("object", "claim"):
+        refused = colias("run", "--again", name, "--out", "other", "--workers", "0", "-q")
+        assert refused.returncode == 2 and "run the script" in refused.stderr and not (tmp_path / "other").exists()
+
+
 @pytest.mark.parametrize("over", [("a.b.first=2,3", "a.b=4,6"), ("a.b=4,6", "a.b.last=2,3"), ("a.b=1,2", "a.b=3,4")])
 def test_no_two_axes_move_one_parameter(over):
     with pytest.raises(UsageError):

@@ -14,7 +14,8 @@ PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 
 LAYERS = (
     "run stats report.terminal report.palette report.templates grid",
-    "doctor new sources check study",
+    "doctor new sources check",
+    "study",
     "report measures replicates",
     "result",
     "compare",

@@ -6,6 +6,7 @@ Heavy imports happen when they run.
 from __future__ import annotations
 
 import contextlib
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,7 +16,7 @@ import typer
 from experiments.bench.cli import options
 from experiments.bench.run.errors import UsageError
 
-REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run")
+REPEATED = ("run", "sweep", "tune", "behave", "watch", "experiments.run", "experiments.sweep")
 """Commands and calls whose runs can be repeated."""
 NOT_REPEATED: Mapping[str, Any] = {"cluster": None, "view": False}
 """Options that say nothing of a run's numbers."""
@@ -82,7 +83,7 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     from experiments.bench.run.description import ENDED
 
     there = load(run)
-    command = there.description.get("command", {})
+    command = _moved(run, there.description.get("command", {}))
     name, *line = command.get("line", [command.get("call")])
     if name not in REPEATED:
         raise UsageError(f"{run}: a run of {name or there.kind} is not repeated; runs of {', '.join(REPEATED)} are")
@@ -98,10 +99,11 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
                 inner.params |= {key: value for key, value in {**NOT_REPEATED, **given}.items() if key in inner.params}
                 status = int(chosen.invoke(inner) or 0)
         else:
-            status = _call_again(run, {**command["arguments"], **given})
+            status = _call_again(run, name, {**command["arguments"], **given})
     here = load(folder)
-    if other := provenance.difference(there.description, here.description):
-        error_console.print(f"note: {run}: {other}")
+    other = provenance.differences(provenance.moved(there.description, here.description), here.description)
+    if other:
+        error_console.print(f"note: {run}: {' and '.join(f'{file} has changed' for file, *_ in other)}")
     if difference := first_difference(there, here):
         out_console.print(f"differs: {difference}")
         return options.EXIT_FAILED
@@ -110,8 +112,16 @@ def _repeat(context: typer.Context, run: Path, out: Path | None, workers: int | 
     return status
 
 
-def _call_again(run: Path, arguments: dict[str, Any]) -> int:
-    """Do a call of `experiments.run` once more."""
+def _moved(run: Path, command: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a run's command as it was given; where its folder is gone, in the one where that is from the run now."""
+    if Path(then := command.get("folder", ".")).is_dir():
+        return command
+    now = str((run / command["folder_from_run"]).resolve())
+    return {**json.loads(json.dumps(command).replace(f"{then}/", f"{now}/")), "folder": now}
+
+
+def _call_again(run: Path, name: str, arguments: dict[str, Any]) -> int:
+    """Do a call of `experiments.run` or `experiments.sweep` once more."""
     import experiments
     from experiments.bench.sources.conditions import Hand
     from experiments.bench.sources.experiment import LIVE, visit
@@ -120,8 +130,11 @@ def _call_again(run: Path, arguments: dict[str, Any]) -> int:
     if isinstance(experiment, Mapping) and LIVE in experiment:
         experiment = visit(Hand(**experiment[LIVE]))
     elif isinstance(experiment, Mapping):
-        raise UsageError(f"{run}: a script gave experiments.run an Experiment of its own: run the script")
-    return options.EXIT_FAILED if experiments.run(experiment, **arguments).failures.height else 0
+        raise UsageError(f"{run}: a script gave {name} an experiment, study or claim of its own: run the script")
+    if arguments.get("seeds"):
+        arguments["seeds"] = range(*arguments["seeds"])
+    getattr(experiments, name.partition(".")[2])(experiment, **arguments)
+    return options.EXIT_FAILED if experiments.load(arguments["out"]).failures.height else 0
 
 
 def watch(

@@ -141,6 +141,16 @@ def test_texts_of_a_design_are_listed_as_they_are_set():
     assert whole.design == Design()
 
 
+@pytest.mark.parametrize("lacking", [("pose_sd_mm",), ("heading_sd_deg", "pose_sd_mm")])
+def test_a_design_without_spreads_is_refused_by_their_names(lacking):
+    fields = [name for name in ("pose_sd_mm", "heading_sd_deg") if name not in lacking]
+    bare = dataclasses.make_dataclass("Bare", [(name, float, 0.0) for name in fields], frozen=True,
+                                      namespace={"conditions": Design.conditions})  # fmt: skip
+    with pytest.raises(UsageError) as caught:
+        plan(Experiment("own", "own", bare(), "speed_cm_s", file="/there/own.py"), ["dsnn"], [], 1, 0)
+    assert all(text in str(caught.value) for text in ("/there/own.py", "Bare", *lacking))
+
+
 def test_settings_of_a_declaration_are_read_in_every_plan():
     speeds = Experiment("own", "own", registry.load("speed").design, "speed_cm_s",
                         settings={"experiment.speeds_cm_s": (speed for speed in (20, 30))})  # fmt: skip
