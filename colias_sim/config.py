@@ -7,12 +7,13 @@ its range raises ``pydantic.ValidationError``, a ``ValueError`` that names field
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
 from dsnn.field_docs import parameters, unit
@@ -75,6 +76,13 @@ def known_arena(name: str) -> str:
     """
     path = arena_path(name)
     return name if name in ARENAS else str(path)
+
+
+_AsText = BeforeValidator(lambda value: os.fspath(value) if isinstance(value, os.PathLike) else value)
+Arena = Annotated[str, _AsText, AfterValidator(known_arena)]
+"""The name of a registered arena, or the path of your own file."""
+Picture = Annotated[str, _AsText, AfterValidator(known_picture)]
+"""The path of a picture; empty: none."""
 
 
 class _Presets:
@@ -355,7 +363,7 @@ class SceneConfig:
     >>> simulation = Simulation(scene=SceneConfig(arena="leaves", light=0.7), seeing=False)
     """
 
-    arena: Annotated[str, AfterValidator(known_arena)] = "bright"
+    arena: Arena = "bright"
     """An arena: bright, plain, dim, leaves or drum, or the path of your own .xml or .py file."""
     light: float = Field(default=1.0, ge=0.05, le=2.0)
     """Strength of all lamps, times the arena's own."""
@@ -365,7 +373,7 @@ class SceneConfig:
     """Turn the wall's texture to a random phase in each trial."""
     shell_grey: float = Field(default=0.02, ge=0.0, le=1.0)
     """Reflectance of the stimulus's shell."""
-    wall: Annotated[str, AfterValidator(known_picture)] = ""
+    wall: Picture = ""
     """Path of a picture around the wall, joined to its mirror image; empty: the arena's texture."""
     wall_contrast: float = Field(default=1.0, ge=0.0, le=4.0)
     """Contrast of the wall's texture."""
@@ -377,7 +385,7 @@ class SceneConfig:
     """Height of the stimulus's shell; a sphere is as high as it is wide."""
     shell_turn_deg: Annotated[float, unit("degrees")] = Field(default=0.0, ge=-180.0, le=180.0)
     """Angle by which the shell is turned from the heading, left positive; 90: a card's face is sideways."""
-    shell_picture: Annotated[str, AfterValidator(known_picture)] = ""
+    shell_picture: Picture = ""
     """Path of a picture on each side of the stimulus's shell; empty: plain shell_grey."""
 
     @property

@@ -8,7 +8,6 @@ from functools import partial
 from typing import Annotated, Any, Literal, Self, TypeVar, cast
 
 from pydantic import (
-    AfterValidator,
     BeforeValidator,
     ConfigDict,
     Field,
@@ -18,7 +17,8 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass
 
-from colias_sim.config import CameraConfig, RobotConfig, known_arena
+from colias_sim.config import Arena as Arena
+from colias_sim.config import CameraConfig, RobotConfig
 from colias_sim.envs.randomise import PRESET, Range, camera_ends, checked_randomise
 from dsnn.field_docs import unit, with_field_docs
 from scenes.hints import nearest
@@ -82,8 +82,6 @@ def _configured(kind: type[CameraConfig] | type[RobotConfig], value: Any) -> Any
     return value
 
 
-Arena = Annotated[str, AfterValidator(known_arena)]
-"""The name of a registered arena, or the path of your own file."""
 CameraSettings = Annotated[CameraConfig, BeforeValidator(partial(_configured, CameraConfig))]
 """A camera: a preset's name, settings by name (with ``preset``, changes to it), or a configuration."""
 RobotSettings = Annotated[RobotConfig, BeforeValidator(partial(_configured, RobotConfig))]

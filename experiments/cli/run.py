@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -17,6 +19,7 @@ from experiments.base.errors import UsageError
 if TYPE_CHECKING:
     from experiments.store.workers import Workers as Pool
 from experiments.cli import options
+from experiments.store.asked import ASKED
 
 
 def run(
@@ -65,9 +68,10 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     """
     from experiments.base.console import error_console, out_console
     from experiments.kinds.compare import ROUNDING, first_difference
-    from experiments.kinds.kind import again, perform
+    from experiments.kinds.kind import perform, planned
     from experiments.kinds.result import load
     from experiments.store import provenance
+    from experiments.store.asked import Asked
     from experiments.store.command import begun_by
     from experiments.store.description import CPUS, ENDED
 
@@ -76,11 +80,12 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()
     options.check_new(folder)
-    command = there.description["command"]
+    command, stored = _moved(run, there.description)
     with contextlib.chdir(command["folder"]), begun_by(command):
-        here = perform(again(there), folder, pool)
-    if other := provenance.difference(there.description, here.description):
-        error_console.print(f"note: {run}: {other}")
+        here = perform(planned(Asked.read(stored)), folder, pool)
+    other = provenance.differences(provenance.moved(there.description, here.description), here.description)
+    if other:
+        error_console.print(f"note: {run}: {' and '.join(f'{file} has changed' for file, *_ in other)}")
     before, now = (", or ".join(one.description.get(CPUS, ["unknown"])) for one in (there, here))
     if before != now:
         error_console.print(f"note: {run}: the features of its CPU are {before}; here they are {now}")
@@ -91,6 +96,16 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     rounded = first_difference(there, here)
     out_console.print(f"equal{rounded and ' up to rounding'}: every row of {run} ({rows}){rounded and f'; {rounded}'}")
     return options.EXIT_FAILED if here.failures.height else 0
+
+
+def _moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """Return a run's command and what was asked; where its folder is gone, as they are from where the run is now."""
+    command, asked = description["command"], description[ASKED]
+    if Path(then := command["folder"]).is_dir():
+        return command, asked
+    now = str((run / command["folder_from_run"]).resolve())
+    moved = json.loads(json.dumps([command, asked]).replace(f"{then}/", f"{now}/"))
+    return {**moved[0], "folder": now}, moved[1]
 
 
 def watch(

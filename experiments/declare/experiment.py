@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar, get_args
 
@@ -115,6 +115,8 @@ class Experiment:
         check_claims(self.name, self.claims)
         where = f"experiment {self.name}"
         object.__setattr__(self, "models", tuple(self.models))
+        settings = {key: tuple(value) if isinstance(value, Iterator) else value for key, value in self.settings.items()}
+        object.__setattr__(self, "settings", settings)  # they are read in every plan
         check_known(f"{where}: figure", self.figure, get_args(Drawing))
         if self.figure == "excitation" and not set(NEEDED) <= set(self.models):
             raise ValueError(f"{where}: figure='excitation' needs the models {', '.join(NEEDED)}")

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from experiments.base.errors import UsageError, check_name
+from experiments.base.values import assignments
 from experiments.declare.claim import Claim
+from experiments.declare.clip import OfflineExperiment
+from experiments.declare.experiment import Experiment
 
 Levels = Mapping[str, tuple[str, ...]]
 """Name of a level -> the ``KEY=VALUE`` texts that make it. A key that an experiment or a model lacks is ignored."""
@@ -35,8 +39,8 @@ class Study:
     measures
         Names of `experiments.judge.measures.MEASURES`.
     experiments
-        Names or files, of one kind; a claim is judged on the first that declares it. Without: for each claim the
-        paper's experiment that answers for it.
+        Names, files or experiments as they are, of one kind; a claim is judged on the first that declares it. Without:
+        for each claim the paper's experiment that answers for it.
     axes
         Name of an axis -> its levels, each with the ``KEY=VALUE`` texts that make it.
     over
@@ -81,7 +85,7 @@ class Study:
     summary: str
     claims: tuple[str | Claim, ...] = ()
     measures: tuple[str, ...] = ()
-    experiments: tuple[str, ...] = ()
+    experiments: tuple[str | Experiment | OfflineExperiment, ...] = ()
     axes: Mapping[str, Levels] = field(default_factory=dict)
     over: tuple[str, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
@@ -97,6 +101,9 @@ class Study:
     def __post_init__(self) -> None:
         check_name("study", self.name)
         make_tuples(self, f"study {self.name}", ("claims", "measures", "experiments", "over", "models", "assignments"))
+        where, axes = f"study {self.name}: a level", self.axes.items()
+        made = {axis: {name: tuple_of(level, where) for name, level in levels.items()} for axis, levels in axes}
+        object.__setattr__(self, "axes", made)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,9 +159,14 @@ class Fit:
 
 
 def make_tuples(declaration: object, where: str, fields: Iterable[str]) -> None:
-    """Make tuples of the sequences in some fields of a frozen declaration; `UsageError` for a text there."""
+    """Make tuples of what some fields of a frozen declaration have: see `tuple_of`."""
     for name in fields:
-        values = getattr(declaration, name)
-        if isinstance(values, str):
-            raise UsageError(f"{where}: {name} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
-        object.__setattr__(declaration, name, tuple(values))
+        object.__setattr__(declaration, name, tuple_of(getattr(declaration, name), f"{where}: {name}"))
+
+
+def tuple_of(values: Iterable[Any], what: str) -> tuple[Any, ...]:
+    """Return values as a tuple, settings as ``KEY=VALUE`` texts, and paths as texts; `UsageError` for one text."""
+    if isinstance(values, str):
+        raise UsageError(f"{what} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
+    values = assignments(values) if isinstance(values, Mapping) else values
+    return tuple(os.fspath(value) if isinstance(value, os.PathLike) else value for value in values)

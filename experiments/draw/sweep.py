@@ -39,7 +39,7 @@ def draw(sweep: Described) -> Figure:
     if not named and len(sweep["axes"]) == 1:
         symbols.append("Whiskers: 95 % interval, or range")
     elif cells["judged"].any():
-        symbols.append("k/n: holds in k of n (h: the DSNN's half); hatched: not judged")
+        symbols.append("k/n: holds in k of n (h: the DSNN's half); a word: at any seed; hatched: not judged")
     with style.look():
         figure = _table(sweep, cells) if named else _panels(sweep, cells)
         style.headline(figure, finding(cells))
@@ -57,6 +57,8 @@ def shown(row: Mapping[str, Any]) -> tuple[float, str]:
     half = counted.half or counted
     if not half.judged:
         return math.nan, "-"
+    if not half.random:
+        return float(half.word == "holds"), f"{half.word}{' (h)' if counted.half else ''}"
     return half.holds / counted.replicates, f"{half.holds}/{counted.replicates}{'h' if counted.half else ''}"
 
 
@@ -161,7 +163,8 @@ def _table(sweep: Described, cells: pl.DataFrame) -> Figure:
 def show(sweep: Described) -> None:
     """Print a sweep: a row for each point and model, at how many points each claim holds, and its further tables."""
     wide = _cells(sweep).pivot("what", index=[*sweep["axes"], "model"], values="text", maintain_order=True)
-    terminal.show(wide, f"Replicates of {sweep['replicates']} in which claims hold" if sweep["titles"] else "")
+    title = f"Replicates of {sweep['replicates']} in which claims hold; a word: at any seed"
+    terminal.show(wide, title if sweep["titles"] else "")
     for claim, why in sorted(sweep["unjudged"].items()):
         terminal.out_console.print(f"{claim} not judged: {why}")
     for title, further in sweep["tables"].items():

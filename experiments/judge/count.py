@@ -172,7 +172,7 @@ def count_columns(counted: Count) -> dict[str, Any]:
 
 
 def count_of(columns: Mapping[str, Any]) -> Count:
-    """Return the count whose columns these are: see `count_columns`."""
-    return Count(
-        columns["holds"], columns["fails"], {reason: columns[reason] for reason in REASONS if columns.get(reason)}
-    )
+    """Return the count whose columns these are (`count_columns`): one that was judged and has no interval is of all."""
+    judged = columns["holds"] + columns["fails"]
+    reasons = {reason: columns[reason] for reason in REASONS if columns.get(reason)}
+    return Count(columns["holds"], columns["fails"], reasons, not judged or columns["low"] is not None)

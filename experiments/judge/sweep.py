@@ -19,7 +19,7 @@ from experiments.declare.outcome import Outcome, together
 from experiments.declare.study import TOGETHER, Levels, Study
 from experiments.judge.count import count, count_columns
 from experiments.judge.measures import Measure, measured, quantity
-from experiments.judge.replicates import Replicate, judged, of_model, of_models
+from experiments.judge.replicates import Replicate, judged, of_model, of_models, places_of
 from experiments.settings.grid import Point, values_of
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.parameters import Parameters
@@ -72,6 +72,8 @@ class Sweep:
         (point, model, experiment, replicate) -> the trials that count there.
     repeats
         Trials of each condition in a replicate, of each experiment.
+    fixed
+        Points with the experiments in which nothing is random there: replicate 0 alone is run, and stands for all.
     resolved
         What ``run.json`` has of it.
     parameters
@@ -91,6 +93,7 @@ class Sweep:
     specs: tuple[Any, ...]
     shares: Mapping[tuple[Point, str, str, int], Share]
     repeats: Sequence[int]
+    fixed: frozenset[tuple[Point, str]]
     resolved: Mapping[str, Any]
     parameters: Parameters
     replicates: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
@@ -118,7 +121,10 @@ class Sweep:
 
     @cached_property
     def table(self) -> pl.DataFrame:
-        """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured."""
+        """A row for each point, model, claim and replicate: verdict, slack, what decided and what was measured.
+
+        There is one replicate where nothing that the claim is judged on is random.
+        """
         names = ("verdict", "decided", "measured", "effect", "n")
         on = {claim.id: experiment for claim, experiment in self.claims}
         rows = [
@@ -126,9 +132,15 @@ class Sweep:
              "seed": self.seed + number, **{name: getattr(outcome, name) for name in names},
              "slack": slack(outcome)}
             for (point, model, claim), outcomes in self.outcomes.items()
-            for number, outcome in enumerate(outcomes)
+            for number, outcome in enumerate(outcomes[: None if self.is_random(point, claim) else 1])
         ]  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
+
+    def is_random(self, point: Point, claim: str) -> bool:
+        """Return whether anything that a claim, or all of them, is judged on differs between replicates at a point."""
+        asked = [(one, place) for one, place in self.claims if claim in (one.id, TOGETHER)]
+        places = {name for one, place in asked for name in places_of(one, place, self.experiments)}
+        return any((point, name) not in self.fixed for name in places)
 
     @cached_property
     def counts(self) -> pl.DataFrame:
@@ -136,15 +148,14 @@ class Sweep:
 
         ``decided`` and ``measured`` are those of replicate 0.
         """
-        if self.table.is_empty():
-            return self.table
-        keys = [*self.axes, "model", "claim", "experiment"]
-        groups = self.table.group_by(keys, maintain_order=True)
-        rows = [
-            {**dict(zip(keys, key, strict=True)), **count_columns(count(rows["verdict"])),
-             **rows.select("decided", "measured").row(0, named=True)}
-            for key, rows in groups
-        ]  # fmt: skip
+        on, rows = {claim.id: experiment for claim, experiment in self.claims}, []
+        for (point, model, claim), outcomes in self.outcomes.items():
+            random, first = self.is_random(point, claim), outcomes[0]
+            counted = count([one.verdict for one in outcomes[: None if random else 1]], random=random)
+            rows.append({
+                **self._at(point, model), "claim": claim, "experiment": on.get(claim, ""), **count_columns(counted),
+                "decided": first.decided, "measured": first.measured,
+            })  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
 
     def _at(self, point: Point, model: str) -> dict[str, Any]:
@@ -165,7 +176,7 @@ class Sweep:
                     [row for row in part.of(model) if row["experiment"] == experiment]
                     if condition or not part.lost.get((experiment, model))
                     else []
-                    for part in every
+                    for part in every[: 1 if (point, experiment) in self.fixed else None]
                 ]
                 each = [measured(measure, condition, part)["value"] for part in whole]
                 known = [value for value in each if value is not None]
@@ -181,7 +192,8 @@ class Sweep:
     def rows(self, point: Point, model: str) -> pl.DataFrame:
         """Return the rows of the trials of a point and a model in all replicates, with the column ``replicate``."""
         every = enumerate(self.replicates[point, model])
-        rows = [{**row, "replicate": number} for number, part in every for row in part.rows]
+        rows = [{**row, "replicate": number} for number, part in every for row in part.rows
+                if not number or (point, row["experiment"]) not in self.fixed]  # fmt: skip
         return pl.DataFrame(rows, infer_schema_length=None)
 
     @cached_property
@@ -220,7 +232,8 @@ def read(sweep: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Map
             lost = Counter[tuple[str, str]]()
             models: dict[str, Any] = {}
             for experiment in sweep.experiments:
-                numbers, seen = sweep.shares.get((point, judge, experiment, number), (range(0), {}))
+                played = 0 if (point, experiment) in sweep.fixed else number
+                numbers, seen = sweep.shares.get((point, judge, experiment, played), (range(0), {}))
                 models |= seen
                 for trial in numbers:
                     for name, model in seen.items():

@@ -12,9 +12,10 @@ from typing import Any
 from experiments.base.console import print_troubles
 from experiments.base.errors import UsageError
 from experiments.base.files import new_folder
+from experiments.base.values import values
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
-from experiments.declare.study import Fit, Study
+from experiments.declare.study import Fit, Study, tuple_of
 from experiments.kinds import registry
 from experiments.kinds.kind import perform, planned
 from experiments.kinds.result import Run
@@ -140,7 +141,7 @@ def asked_of(
     if pictures is not None:
         options["pictures"] = os.fspath(pictures)
     return Asked(
-        kind=kind, what=what, models=tuple(model_texts(models)), only=only, values=dict(settings or {}),
+        kind=kind, what=what, models=tuple(model_texts(models)), only=only, values=values(settings),
         repeats=None if repeats is None else operator.index(repeats), seed=operator.index(seed),
         options=options, declared=declared,
     )  # fmt: skip
@@ -210,9 +211,9 @@ def fit(
 
 
 def sweep(
-    experiment: str | Study,
-    over: Sequence[str] = (),
-    models: Sequence[str] | None = None,
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment | Study,
+    over: Iterable[str] | Mapping[str, Any] = (),
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] | None = None,
     seeds: range | None = None,
     *,
     claims: Sequence[str] | None = None,
@@ -231,9 +232,9 @@ def sweep(
     Parameters
     ----------
     experiment
-        Experiments, names or files joined by commas; or a study, by its name, its file, or as it is.
+        Experiments, names or files joined by commas, or one as it is; or a study, by its name, its file, or as it is.
     over
-        Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them. A study has its own.
+        Axes: ``KEY=V1,V2`` texts, as ``--over`` takes them, or ``{"dsnn.t_sp": (0.1, 0.2)}``. A study has its own.
     models
         The models judged, one by one; ``None``: those of the study, or the DSNN.
     seeds
@@ -273,12 +274,16 @@ def sweep(
     """
     if seeds is not None and (seeds.step != 1 or not seeds):
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
-    named = isinstance(experiment, str)
-    options = {"over": over, "claims": claims, "measures": measures, "replicates": seeds and len(seeds)}
+    named = tuple(os.fspath(experiment).split(",")) if isinstance(experiment, str | os.PathLike) else ()
+    options = {
+        "over": tuple_of(over, "over"),
+        "claims": claims,
+        "measures": measures,
+        "replicates": seeds and len(seeds),
+    }
     asked = Asked(
-        kind="sweep", what=tuple(experiment.split(",")) if isinstance(experiment, str) else (),
-        declared=None if named else experiment, models=tuple(models or ()), values=dict(settings or {}),
-        repeats=repeats, seed=seeds.start if seeds else 0,
+        kind="sweep", what=named, declared=None if named else experiment, models=tuple(model_texts(models or ())),
+        values=values(settings), repeats=repeats, seed=seeds.start if seeds else 0,
         options={name: value if isinstance(value, int) else list(value) for name, value in options.items() if value},
     )  # fmt: skip
     return _performed(planned(asked), "experiments.sweep", out, Workers(workers, cluster, quiet=quiet))

@@ -21,7 +21,7 @@ from experiments.base.streams import stream
 from experiments.declare.outcome import together
 from experiments.declare.study import TOGETHER, Fit, Study
 from experiments.judge.count import Count, count
-from experiments.judge.sweep import MOST_SLACK
+from experiments.judge.sweep import MOST_SLACK, slack
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.kind import Kind
 from experiments.kinds.registry import shipped_study, typed
@@ -52,9 +52,10 @@ LOG_FROM = 100.0
 """Ratio of the ends of a range from which it is searched by its logarithm."""
 LEAST, MEAN = "least slack", "mean slack"
 RESULTS = pl.Schema(
-    {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64}
-)
-"""Columns of the results of settings: ``value`` is the slack of a claim."""
+    {"setting": pl.Int64, "name": pl.String, "replicate": pl.Int64, "verdict": pl.String, "value": pl.Float64,
+     "random": pl.Boolean}
+)  # fmt: skip
+"""Columns of the results of settings: ``value`` is the slack of a claim, ``random`` whether its replicates differ."""
 
 
 # The box.
@@ -185,13 +186,12 @@ def importance(search: Any) -> dict[str, float]:
 # Results of settings.
 
 
-def study_of(fit: Fit, settings: Sequence[Setting], *, again: bool = False) -> Study:
-    """Return the study whose points are settings, by their numbers; the search may have fewer trials."""
+def study_of(fit: Fit, settings: Sequence[Setting]) -> Study:
+    """Return the study whose points are settings, by their numbers."""
     texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in name.split("+"))
              for setting in settings]  # fmt: skip
     return replace(
         fit.study,
-        repeats=fit.study.repeats if again or fit.search_repeats is None else fit.search_repeats,
         axes={"setting": {str(number): level for number, level in enumerate(texts)}},
     )
 
@@ -221,7 +221,7 @@ def with_all(results: pl.DataFrame) -> pl.DataFrame:
     if results["name"].n_unique() < 2:
         return results
     whole = [
-        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min())
+        (setting, TOGETHER, replicate, together(rows["verdict"].to_list()), rows["value"].min(), rows["random"].any())
         for (setting, replicate), rows in results.group_by("setting", "replicate", maintain_order=True)
     ]
     return pl.concat([pl.DataFrame(whole, RESULTS, orient="row"), results])
@@ -235,7 +235,8 @@ def again_table(settings: Sequence[Setting], best: Sequence[int], searched: pl.D
     rows: list[dict[str, Any]] = []
     searched, anew = with_all(searched), with_all(anew).sort("setting", maintain_order=True)
     for (place, name), own in anew.group_by("setting", "name", maintain_order=True):
-        number, counted = best[int(place)], count(own["verdict"])
+        number, random = best[int(place)], own["random"][0]
+        counted = count(own["verdict"] if random else own["verdict"][:1], random=random)
         low, high = counted.interval or (None, None)
         rows.append({
             "number": number, **settings[number], "name": name,
@@ -271,7 +272,7 @@ def plan(asked: Asked) -> Plan[Any]:
     check_counts(asked.seed, fit.held_out, "--held-out")
     box, outside = box_of(fit)
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
-    swept = sweep_plan.planned(study_of(fit, corners), asked.seed)
+    swept = sweep_plan.planned(study_of(fit, corners), asked.seed, repeats=fit.search_repeats)
     if not swept.claims:
         raise UsageError(f"{', '.join(swept.experiments)}: no claim there can be fitted to")
     import optuna
@@ -339,12 +340,16 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     search: Any = optuna.create_study(direction="maximize")
 
     def play(name: str, shown: Sequence[Setting], seed: int, replicates: int, *, again: bool = False) -> pl.DataFrame:
-        study = replace(study_of(fit, shown, again=again), name=name, replicates=replicates)
-        asked = Asked(kind="sweep", declared=study, seed=seed)
+        study = replace(study_of(fit, shown), name=name, replicates=replicates)
+        asked = Asked(kind="sweep", declared=study, seed=seed, repeats=None if again else fit.search_repeats)
         result = sweep.played(sweep.plan(asked), out / name, pool)
-        slack = pl.col("slack").fill_null(-MOST_SLACK).alias("value")  # silence gains nothing
-        names = result.table.select("setting", pl.col("claim").alias("name"), "replicate", "verdict", slack)
-        return names.cast(RESULTS)
+        rows = [
+            (int(point[0][1]), claim, number, one.verdict, slack(one), result.is_random(point, claim))
+            for (point, _, claim), outcomes in result.outcomes.items()
+            for number, one in enumerate(outcomes)
+        ]
+        silence = pl.col("value").fill_null(-MOST_SLACK)  # it gains nothing
+        return pl.DataFrame(rows, RESULTS, orient="row").with_columns(silence)
 
     settings, searched = _searched(plan, search, play)
     found = _scores("search", settings, searched)
@@ -360,7 +365,8 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     files.write_rows("fit.csv", pl.concat([found, filled]).to_dicts())
     files.write_rows("anew.csv", rows.to_dicts())
     looks = len([folder for folder in out.glob("held-out-*") if begun(folder)])
-    result = _result(settings[best[0]], rows, found.row(best[0], named=True), filled, looks)
+    result = _result(settings[best[0]], rows, found.row(best[0], named=True), filled, looks,
+                     random=bool(anew.filter(setting=0)["random"].any()))  # fmt: skip
     files.write_json("fit.json", {
         "fit": fit.study.name, "summary": fit.study.summary, **result, "importance": importance(search),
     })  # fmt: skip
@@ -390,11 +396,17 @@ def _scores(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.D
 
 
 def _result(
-    winner: Setting, rows: pl.DataFrame, own: Mapping[str, Any], filled: pl.DataFrame, looks: int
+    winner: Setting,
+    rows: pl.DataFrame,
+    own: Mapping[str, Any],
+    filled: pl.DataFrame,
+    looks: int,
+    *,
+    random: bool,
 ) -> dict[str, Any]:
     """Return what ``fit.json`` says of the winner, judged again, and of the even sample."""
     first = rows.row(0, named=True)
-    counted = Count(first["satisfied"], first["replicates"] - first["satisfied"])
+    counted = Count(first["satisfied"], first["replicates"] - first["satisfied"], random=random)
     satisfied = filled.filter(pl.col("satisfied") == pl.col("claims")).height
     share, luck = Count(satisfied, filled.height - satisfied), first["in the search"] - first["anew"]
     few = counted.state == "counted" and not counted.fails
@@ -402,8 +414,8 @@ def _result(
     word = word if own["satisfied"] == own["claims"] else "not fitted"
     low, high = share.interval or (0.0, 1.0)
     named = ", ".join(f"{key}={value}" for key, value in winner.items())
-    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search, and all of them in"
-             f" {counted} replicates that it never saw",
+    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search; all of them on"
+             f" fresh seeds: {counted.sentence()}",
              f"{share} settings that fill the box evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of"
              " the box",
              f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip

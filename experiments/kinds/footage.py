@@ -20,6 +20,7 @@ from experiments.base.console import error_console, progress, show_files
 from experiments.base.errors import TrialError, UsageError, as_usage_error
 from experiments.base.files import NAME, new_folder, part
 from experiments.base.user_code import is_own
+from experiments.base.values import values
 from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
 from experiments.draw.terminal import show_verdicts
@@ -355,7 +356,7 @@ def watch(
     options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings}
     asked = Asked(
         kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
-        values=dict(settings or {}), seed=seed, options=options,
+        values=values(settings), seed=seed, options=options,
     )  # fmt: skip
     folder = new_folder("watch") if out is None else Path(out)
     with begun_by({"call": "experiments.watch"}):

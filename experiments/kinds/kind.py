@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.kinds.result import Run, load
 from experiments.kinds.tables import KINDS, shipped
-from experiments.store.asked import ASKED, Asked
+from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, filled
 from experiments.store.workers import Workers
@@ -104,14 +104,3 @@ def perform(plan: Plan[Any], out: Path, pool: Workers) -> Run:
         with pool.running(rendering=kind.renders):
             kind.work(plan, out, pool)
     return load(out)
-
-
-def again(run: Run) -> Plan[Any]:
-    """Return the plan of what a run stored: the same trials, computed by what is there now.
-
-    Raises
-    ------
-    UsageError
-        What was asked for cannot be planned any more, or was given by a script.
-    """
-    return planned(Asked.read(run.description[ASKED]))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from experiments.base.errors import UsageError, check_known
+from experiments.base.errors import UsageError, check_known, short
 from experiments.base.user_code import declared, declares, is_file, named_file
 from experiments.declare.claim import SHIPPED, Claim, claim_ids
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.conditions import Hand
 from experiments.declare.experiment import Experiment, visit
-from experiments.declare.study import Study
+from experiments.declare.study import Study, tuple_of
 from experiments.judge.replicates import LOOMING_DETECTORS
 from experiments.kinds.tables import CLAIMS, EXPERIMENTS, FITS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.settings.models import named_model
@@ -40,8 +41,7 @@ def declaration(asked: Asked) -> Any:
         There is no such experiment, or it was an object of a script, which no file has.
     """
     if asked.declared is not None:
-        check_claims(asked.declared, f"experiment {asked.declared.name}")
-        return asked.declared
+        return find(asked.declared)
     if hand := asked.option("hand"):
         return visit(Hand(**hand))
     if not asked.what:
@@ -49,13 +49,15 @@ def declaration(asked: Asked) -> Any:
     return find(asked.what[0])
 
 
-def find(name: str) -> Experiment | OfflineExperiment:
-    """Return the experiment called ``name``, or the one that the file ``name`` declares as ``EXPERIMENT``.
+def find(name: str | Experiment | OfflineExperiment) -> Experiment | OfflineExperiment:
+    """Return the experiment called ``name``, the one that the file ``name`` declares as ``EXPERIMENT``, or it itself.
 
     Raises `UsageError` on an unknown name, and on a file that cannot be read, has an error, or declares none.
     """
     experiment: Experiment | OfflineExperiment
-    if name in NAMES:
+    if not isinstance(name, str):
+        experiment, name = name, f"experiment {name.name}"
+    elif name in NAMES:
         experiment = shipped(EXPERIMENTS[name])
     elif name in OFFLINE:
         experiment = next(entry for entry in shipped(EXPERIMENTS[name]) if entry.name == name)
@@ -129,24 +131,33 @@ def called(name: str) -> Study | None:
     study: Study = declared(path, "STUDY", Study)
     models = tuple(named_model(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
     folder = path.resolve().parent
-    experiments = tuple(str(folder / name) if is_file(name) else name for name in study.experiments)
+    own = study.experiments
+    experiments = tuple(str(folder / name) if isinstance(name, str) and is_file(name) else name for name in own)
     return dataclasses.replace(study, models=models, experiments=experiments, file=str(path.resolve()))
 
 
-def typed(experiment: str | Study, over: Sequence[str] = (), **given: Any) -> Study:
+def typed(
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment | Study,
+    over: Iterable[str] | Mapping[str, Any] = (), **given: Any,
+) -> Study:  # fmt: skip
     """Return a study by its name or file, or a sweep of experiments joined by commas that no file declares.
 
     ``given`` are fields of `Study` in place of its own, but for those that are ``None``; assignments follow its own.
     """
-    study = experiment if isinstance(experiment, Study) else None if over else called(experiment)
+    over = tuple_of(over, "over")
+    text = os.fspath(experiment) if isinstance(experiment, str | os.PathLike) else ""
+    names: tuple[Any, ...] = tuple(name for name in text.split(",") if name)
+    study = experiment if isinstance(experiment, Study) else None if over or not text else called(text)
     if study is None:
-        assert isinstance(experiment, str)
-        names = tuple(name for name in experiment.split(",") if name)
-        summary = f"{experiment} over {', '.join(text.partition('=')[0] for text in over) or 'no parameter'}"
-        study = Study("sweep", summary, experiments=names, over=tuple(over), repeats=None, replicates=1)
+        if isinstance(experiment, Experiment | OfflineExperiment):
+            names, text = (experiment,), experiment.name
+        if not names:
+            raise UsageError(f"experiment must be a name, a file, a study or an experiment, got {short(experiment)}")
+        summary = f"{text} over {', '.join(key.partition('=')[0] for key in over) or 'no parameter'}"
+        study = Study("sweep", summary, experiments=names, over=over, repeats=None, replicates=1)
     asked = {name: value for name, value in given.items() if value is not None}
     if over and isinstance(experiment, Study):
-        asked["over"] = tuple(over)
+        asked["over"] = over
     asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
     return dataclasses.replace(study, **asked)
 

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from experiments.base.console import show_places
+from experiments.base.console import error_console, show_places
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.study import Study
 from experiments.judge.sweep import Sweep, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
-from experiments.kinds.kind import Kind, concluding
+from experiments.kinds.kind import Kind
 from experiments.kinds.registry import typed
 from experiments.kinds.result import Run
 from experiments.kinds.sweep_plan import planned
@@ -56,7 +56,7 @@ def plan(asked: Asked) -> Plan[Any]:
         It cannot be run so.
     """
     study = study_of(asked)
-    return plan_of(planned(study, asked.seed), asked)
+    return plan_of(planned(study, asked.seed, repeats=asked.repeats), asked)
 
 
 def study_of(asked: Asked, **fields: Any) -> Study:
@@ -64,7 +64,7 @@ def study_of(asked: Asked, **fields: Any) -> Study:
     named = asked.declared if asked.declared is not None else ",".join(asked.what)
     options = {name: asked.option(name) for name in ("claims", "measures", "replicates")}
     return typed(
-        named, asked.option("over", ()), models=asked.models or None, repeats=asked.repeats,
+        named, asked.option("over", ()), models=asked.models or None,
         assignments=assignments(asked.values), **options, **fields,
     )  # fmt: skip
 
@@ -95,6 +95,14 @@ def played(plan: Plan[Any], out: Path, pool: Workers) -> Sweep:
     """Do what a folder lacks of a sweep, and read what it has; no table is written."""
     with filled(plan, out, pool) as folder:
         return read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
+
+
+def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
+    """Do what a folder lacks of a sweep, and conclude; say where one replicate stands for all."""
+    if plan.declared.fixed and not pool.quiet:
+        error_console.print("note: where nothing is random one replicate is run, and the verdict is that at any seed")
+    with filled(plan, out, pool) as folder:
+        conclude(plan, folder)
 
 
 def conclude(plan: Plan[Any], folder: RunFolder) -> None:
@@ -138,4 +146,4 @@ def show(run: Run) -> None:
     show_places({"figure": run.folder / f"{run.name}.png", "table": run.folder / "counts.csv"})
 
 
-KIND = Kind(plan, concluding(conclude), draw, show, summary="counts.csv")
+KIND = Kind(plan, work, draw, show, summary="counts.csv")

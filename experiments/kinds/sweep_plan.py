@@ -17,11 +17,12 @@ from experiments.base.files import plain
 from experiments.declare.claim import Claim
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Experiment
-from experiments.declare.study import Levels, Study
+from experiments.declare.study import WHOLE, Levels, Study
 from experiments.judge import measures as measuring
 from experiments.judge.replicates import MODEL
 from experiments.judge.sweep import EVERY_MODEL, Share, Sweep
 from experiments.kinds import registry, trials
+from experiments.kinds.clips import is_random as is_random_clips
 from experiments.kinds.registry import asked_models, find_claim
 from experiments.kinds.tables import NAMES
 from experiments.settings.apparatus import sections
@@ -30,7 +31,7 @@ from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
 from experiments.settings.settings import changed, check_counts, watchers
 from experiments.show import clips
-from experiments.show.robot import trials_of
+from experiments.show.robot import is_random, trials_of
 from experiments.show.trial_rows import TRIAL_SCHEMA
 from experiments.store import provenance
 from experiments.store.asked import Asked
@@ -42,14 +43,14 @@ class Part:
     """One experiment of a sweep: the models shown, and what makes its trials at a point.
 
     ``base`` has the sections of ``--set`` beside the models' own. ``render`` makes conditions, or clips' parameters,
-    of what a point sets there, and a function from a replicate and the models to trials.
+    of what a point sets there, a function from a replicate and the models to trials, and whether replicates differ.
     """
 
     declared: Any
     models: Sequence[ConfiguredModel]
     base: Base
     repeats: int
-    render: Callable[[Mapping[str, str]], tuple[Sequence[Any], Callable[[int, tuple[ConfiguredModel, ...]], list[Any]]]]
+    render: Callable[[Mapping[str, str]], tuple[Any, ...]]
     described: Mapping[str, Any]
 
     def base_of(self, model: ConfiguredModel) -> Base:
@@ -84,7 +85,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
             found = trials_of(experiment, dataclasses.replace(moved, models=shown), repeats, seed + replicate)
             return [dataclasses.replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
 
-        return experiment.conditions(), specs
+        return experiment.conditions(), specs, is_random(moved)
 
     base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
             "experiment": whole.design}  # fmt: skip
@@ -110,7 +111,7 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
             every = clips.trials_of(moved, variants, study.replicates, seed)
             return [trial for trial in every if trial.repeat == replicate]
 
-        return [clip.build(seed).params for clip in moved.clips], specs
+        return [clip.build(seed).params for clip in moved.clips], specs, is_random_clips(moved)
 
     described = {**clips.described_scenes(whole.clips, study.replicates, None),
                  "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
@@ -139,7 +140,9 @@ def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
-def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None) -> Sweep:
+def planned(
+    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None
+) -> Sweep:
     """Check a study and list all its trials.
 
     Parameters
@@ -150,6 +153,8 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
         Of replicate 0; replicate k has ``seed`` + k.
     models_in
         Experiment -> the models shown there, all judged together, in place of the study's.
+    repeats
+        Trials of each condition, in place of the study's own number.
 
     Raises
     ------
@@ -162,6 +167,9 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
         raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
+    if not on_robot and (repeats is not None or study.repeats not in (None, WHOLE)):
+        raise UsageError(f"--repeats: {', '.join(names)} shows clips, once in a replicate; give --replicates")
+    study = study if repeats is None else dataclasses.replace(study, repeats=repeats)
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
@@ -185,41 +193,48 @@ def planned(study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] 
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
     parts = [part for part in parts if models_in or part.declared.name in asked]
-    named, whole = [part.declared.name for part in parts], not on_robot or bool(models_in)
-    specs, shares = _trials(renderings, named, study.replicates, judged[0] if whole else None)
+    shown = [(part.declared.name, *rendering) for part in parts for rendering in renderings[part.declared.name]]
+    fixed = frozenset((point, name) for name, *_, random, _, watching in shown if not random for point in watching)
+    if not any(random for *_, random, _, _ in shown):
+        study = dataclasses.replace(study, replicates=1)
+    specs, shares = _trials(shown, study.replicates, judged[0] if models_in or not on_robot else None)
     if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
     there = {(point, name) for point, name, *_ in shares}
-    repeats = [part.repeats for part in parts]
+    each = [part.repeats for part in parts]
     resolved = {
-        **_resolved(study, parts, specs, parameters), "repeats": repeats, "replicates": study.replicates, "seed": seed,
+        **_resolved(study, parts, specs, parameters), "repeats": each, "replicates": study.replicates, "seed": seed,
         "axes": axes, "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
         "measures": [{"name": name, "unit": measuring.quantity(name).unit, "experiment": place}
                      for name, place, _ in measures],
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
-    return Sweep(study, claims, measures, axes, judged_at, seed, tuple(specs), shares, repeats, resolved, parameters)
+    return Sweep(
+        study, claims, measures, axes, judged_at, seed, tuple(specs), shares, each, fixed, resolved, parameters
+    )
 
 
 def _trials(
-    renderings: Mapping[str, Sequence[Any]], experiments: Sequence[str], replicates: int, whole: str | None
+    shown: Sequence[tuple[Any, ...]], replicates: int, whole: str | None
 ) -> tuple[list[Any], dict[tuple[Point, str, str, int], Share]]:
     """Return all trials, one replicate after the other, and at which points and models each of them counts.
 
-    Where all models of a point are judged together, ``whole`` is the name under which they are.
+    ``shown`` has each rendering after its experiment's name. Where all models of a point are judged together, ``whole``
+    is the name under which they are.
     """
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
-    for replicate, name in product(range(replicates), experiments):
-        for _, rendered, variants, watching in renderings[name]:
-            found = rendered(replicate, tuple(variants.values()))
-            numbers = range(len(specs), len(specs) + len(found))
-            specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
-            for point, seen in watching.items():
-                if whole is None:
-                    shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
-                else:
-                    shares[point, whole, name, replicate] = (numbers, seen)
+    for replicate, (name, _, rendered, random, variants, watching) in product(range(replicates), shown):
+        if replicate and not random:  # it would be replicate 0 once more
+            continue
+        found = rendered(replicate, tuple(variants.values()))
+        numbers = range(len(specs), len(specs) + len(found))
+        specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
+        for point, seen in watching.items():
+            if whole is None:
+                shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
+            else:
+                shares[point, whole, name, replicate] = (numbers, seen)
     return specs, shares
 
 
@@ -307,7 +322,7 @@ def _renderings(
 ) -> list[tuple[Any, ...]]:
     """Return the trials of one experiment that points share, and note the points' values in ``parameters``.
 
-    Each has conditions and trials (`Part.render`), the models by label, and of each point the models by their names.
+    Each has what `Part.render` returns, the models by label, and of each point the models by their names.
     """
     texts = {point: [text for name, level in point for text in axes[name][level]] for point in points_of(axes)}
     by_setting: dict[tuple[tuple[str, str], ...], list[Point]] = {}

@@ -27,13 +27,13 @@ from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
 from experiments.settings.apparatus import changes, configure
-from experiments.settings.models import ConfiguredModel, shown_models
+from experiments.settings.models import shown_models
 from experiments.settings.parameters import Parameters
 from experiments.settings.pictures import Pictures, digests, folder_pictures
 from experiments.settings.settings import Settings, assignments, check_counts
 from experiments.show import course
 from experiments.show.play import play
-from experiments.show.robot import MARK, TRUE, RobotTrial, camera, trials_of
+from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
@@ -157,6 +157,7 @@ def _planned(
     return Plan(
         asked, experiment.name, trials, partial(work, recordings=recordings, frames=bool(asked.option("frames", True))),
         {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, FRAME_SCHEMA), experiment, settings.models, changed,
+        random=is_random(settings),
     )  # fmt: skip
 
 
@@ -206,7 +207,7 @@ def conclude(plan: Plan[Any], folder: RunFolder) -> None:
     """Judge the claims of the trials in ``folder``, and write verdicts, summary, tests between models and figure."""
     experiment, models = plan.declared, plan.models
     rows = folder.table("trials").to_dicts()
-    folder.write_json("claims.json", stored.document(_verdicts(experiment, models, rows, folder.failures())))
+    folder.write_json("claims.json", stored.document(_verdicts(plan, rows, folder.failures())))
     run = load(folder.folder)
     if not rows:
         return
@@ -221,10 +222,9 @@ def conclude(plan: Plan[Any], folder: RunFolder) -> None:
     style.save(run.figure(), folder.folder / "figure")
 
 
-def _verdicts(
-    experiment: Experiment, models: Sequence[ConfiguredModel], rows: Sequence[Any], failures: Sequence[Any]
-) -> list[Verdict]:
+def _verdicts(plan: Plan[Any], rows: Sequence[Any], failures: Sequence[Any]) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
+    experiment, models, random = plan.declared, plan.models, plan.random
     claims = [find_claim(claim, "robot") for claim in experiment.claims]
     thresholds = {model.label: model.threshold for model in models}
     asked = [
@@ -240,7 +240,7 @@ def _verdicts(
         lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
         outcome = judge(claim, about, thresholds.get(label or claim.spiking)).noting(failed)
-        verdicts.append(verdict_of(claim, [outcome], model=label, experiment=experiment.name))
+        verdicts.append(verdict_of(claim, [outcome], random=random, model=label, experiment=experiment.name))
     return verdicts
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
-from experiments.base.errors import as_usage_error
+from experiments.base.errors import UsageError, as_usage_error
 from experiments.declare.experiment import Design, Experiment
 from experiments.settings.models import look_up
 from experiments.settings.parameters import Parameters, differing
@@ -78,6 +78,9 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
         changed(section, values[section], collected.get(section, {}))
         for section in ("robot", "camera", "scene", "experiment")
     )
+    if lacking := [name for name in ("pose_sd_mm", "heading_sd_deg") if not hasattr(design, name)]:
+        where = f"{experiment.file or experiment.name}: the design {type(design).__name__}"
+        raise UsageError(f"{where} must have {' and '.join(lacking)}, spreads of the start from 0 to 100")
     settings = Settings(chosen, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
     with as_usage_error("--set: "):
         return dataclasses.replace(experiment, design=design), settings

@@ -61,7 +61,7 @@ def levels_of(over: Sequence[str], assignments: Iterable[str] = ()) -> dict[str,
     for text in over:
         name, _, values = text.partition("=")
         levels = [value for value in values.split(",") if value]
-        if not levels or len(set(levels)) < len(levels):
+        if not levels or len(set(values_of(levels).values())) < len(levels):
             raise UsageError(f"--over {text}: expected SECTION.NAME=VALUE,VALUE,... for example dsnn.n_con=4,6,8")
         take(text, taken, fixed)
         axes[name] = {level: tuple(f"{key}={level}" for key in name.split("+")) for level in levels}

@@ -60,7 +60,7 @@ def _differing(default: Any, value: Any) -> Iterable[str]:
 
 
 def _of_one_kind(values: Mapping[str, Any]) -> dict[str, Any]:
-    cells = {label: _cell(value) for label, value in values.items()}
+    cells = {label: cell(value) for label, value in values.items()}
     kinds = {type(cell) for cell in cells.values() if cell is not None}
     if len(kinds) < 2:
         return cells
@@ -68,7 +68,8 @@ def _of_one_kind(values: Mapping[str, Any]) -> dict[str, Any]:
     return {label: None if cell is None else whole(cell) for label, cell in cells.items()}
 
 
-def _cell(value: Any) -> Any:
+def cell(value: Any) -> Any:
+    """Return a value as a table has it: a sequence is the text that ``--set`` takes."""
     if isinstance(value, tuple | list):
         return ",".join(_number(item) for item in value)
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)

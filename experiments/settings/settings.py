@@ -15,8 +15,10 @@ from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.base.errors import UsageError, check_known
+from experiments.base.values import assignments as assignments
 from experiments.settings.models import PRESET as PRESET
 from experiments.settings.models import ConfiguredModel, family, look_up, names, parse_model, presets
+from experiments.settings.parameters import cell
 from scenes.hints import nearest
 
 SECTIONS = frozenset(map(family, MODELS))
@@ -156,8 +158,8 @@ def _legal(schema: Mapping[str, Any]) -> str:
         parts = schema.get("prefixItems") or [schema["items"]]
         number = len(parts) if "prefixItems" in schema else schema.get("minItems", 0)
         exact = number > 0 and number == schema.get("maxItems")
-        count = f"{number} values" if exact else "one or more values"
-        return f"{count}, separated by commas, each {_legal(parts[0])}"
+        count, each = f"{number} values" if exact else "one or more values", _legal(parts[0])
+        return f"{count}, separated by commas{each and f', each {each}'}"
     if "enum" in schema:
         return f"one of {', '.join(map(str, schema['enum']))}"
     if schema.get("type") == "boolean":
@@ -227,24 +229,10 @@ def described(values: Mapping[str, Any]) -> Iterator[dict[str, str]]:
         properties = _properties(value.__class__)
         for field in dataclasses.fields(value):
             present = getattr(value, field.name)
-            text = ",".join(f"{v:g}" for v in present) if isinstance(present, tuple) else str(present)
-            schema = properties[field.name]
+            schema, text = properties[field.name], str(cell(present))
             words = meaning(type(value), field.name) or schema.get("description", "")
             yield {"key": f"{section}.{field.name}", "value": text, "legal": _legal(schema), "unit": _unit(schema),
                    "description": words}  # fmt: skip
-
-
-def assignments(settings: Mapping[str, Any] | None) -> list[str]:
-    """Return settings as ``--set`` takes them: ``{"dsnn.n_con": 6}`` is ``dsnn.n_con=6``."""
-    return [f"{key}={_text(value)}" for key, value in (settings or {}).items()]
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    if isinstance(value, Iterable) and getattr(value, "ndim", True):
-        return ",".join(map(_text, value))
-    return str(value).lower()
 
 
 @dataclass(frozen=True, slots=True)

@@ -85,6 +85,15 @@ class RobotTrial(Trial):
         return self.settings.camera.fps
 
 
+def is_random(settings: Settings) -> bool:
+    """Return whether trials differ between seeds: in the start, the motors, the light, the wall or a camera's noise."""
+    eyes = [camera(settings, through(model.label)) for model in settings.models]
+    noises = ("shot_noise", "read_noise", "jitter_ms", "drop_probability")
+    placing = settings.pose_sd_mm or settings.heading_sd_deg or settings.robot.motor_inequality_sd
+    scenery = settings.scene.light_sd or settings.scene.turn_wall
+    return bool(placing or scenery) or any(getattr(eye, noise) for eye in eyes for noise in noises)
+
+
 def trial_seed(seed: int, index: int) -> int:
     """The seed of trial ``index``: a function of the experiment's seed and the index alone, in 0..2^32-1."""
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1)[0])

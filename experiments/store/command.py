@@ -1,12 +1,13 @@
 """The command that runs are begun by: a note in their ``run.json``. Every command imports this, so it is light.
 
-The entry ``command`` has the command line (``line``), or the call from Python (``call``, ``arguments``), and the
-folder.
+The entry ``command`` has the command line (``line``), or the call from Python (``call``, ``arguments``), the
+folder, and how the run's own folder leads to it (``folder_from_run``), which stays when both are moved.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Iterator, Mapping
 from contextvars import ContextVar
 from pathlib import Path
@@ -25,7 +26,9 @@ def begun_by(command: Mapping[str, Any]) -> Iterator[None]:
         _command.reset(token)
 
 
-def command_note() -> dict[str, Any]:
-    """Return the entry of ``run.json``; none where the command is not known."""
+def command_note(run: Path) -> dict[str, Any]:
+    """Return the entry of the ``run.json`` in a folder; none where the command is not known."""
     command = _command.get()
-    return {} if command is None else {"command": command}
+    if command is None:
+        return {}
+    return {"command": {**command, "folder_from_run": os.path.relpath(command["folder"], run.resolve())}}

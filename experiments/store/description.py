@@ -49,7 +49,7 @@ def begun(folder: Path) -> bool:
 
 def write_new(folder: Path, description: Mapping[str, Any]) -> None:
     """Write the description, the time and the command, whole or not at all."""
-    Files(folder).write_json(NAME, {BEGUN: now(), **command_note(), **description})
+    Files(folder).write_json(NAME, {BEGUN: now(), **command_note(folder), **description})
 
 
 def begin_whole(folder: Path, description: Mapping[str, Any]) -> None:
@@ -92,24 +92,23 @@ def resumed(folder: Path, description: Mapping[str, Any], *, complete: bool = Fa
     description
         That of the run now.
     complete
-        Whether no trial is missing. Then nothing is computed, and other code may judge the run by other claims.
+        Whether no trial is missing. Then nothing is computed, and the run may be judged by other claims.
 
     Raises
     ------
     UsageError
         Parameters differ, or what computes does; the line names the first.
     """
-    there, here = read_description(folder), json.loads(to_json(description))
+    here = json.loads(to_json(description))
+    there = provenance.moved(read_description(folder), here)
     if here.get("replicates", 0) > there.get("replicates", 0) > 0:
         there |= {name: here[name] for name in OF_REPLICATES if name in here}
     if complete and isinstance(there.get("experiment"), dict) and "claims" in there["experiment"]:
         there["experiment"] |= {"claims": here["experiment"]["claims"]}
-    differing = [f"{name} is {short(a)} there and {short(b)} now" for name, a, b in differences(there, here)]
-    if differing:
+    found = [*differences(there, here), *(provenance.differences(there, here) if "source" in here else ())]
+    if differing := [f"{name} is {short(a)} there and {short(b)} now" for name, a, b in found]:
         first = "; ".join(differing[:MOST_NAMED])
-        raise UsageError(f"{folder}: {first}: use the first command's options, or choose another --out")
-    if "source" in here and not complete and (changed := provenance.difference(there, here)):
-        raise UsageError(f"{folder}: {changed} since its first trials were computed; choose another --out")
+        raise UsageError(f"{folder}: {first}: use the first command's options and files, or choose another --out")
     return there
 
 

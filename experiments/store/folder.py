@@ -21,7 +21,6 @@ from experiments.base.errors import UsageError
 from experiments.base.files import NAME as DESCRIPTION
 from experiments.base.files import Files, read_parquet, replacing
 from experiments.settings.parameters import Parameters, of_model, with_columns
-from experiments.store import provenance
 from experiments.store.command import command_note
 from experiments.store.description import (
     CPUS,
@@ -113,7 +112,6 @@ class RunFolder(Files):
         self._failures: list[dict[str, Any]] = []
         self._renderers: dict[str, list[str]] = {}
         self._cpus: list[str] = []
-        self._changed = ""
         self._lock = FileLock(self.path(LOCK), timeout=0)
 
     def enter(self, description: Mapping[str, Any], trials: Iterable[int] = ()) -> None:
@@ -122,8 +120,8 @@ class RunFolder(Files):
         Raises
         ------
         UsageError
-            The folder holds a run with other parameters, or an unfinished one of other code; the line names the first
-            that differs. Or another process is writing there.
+            The folder holds a run with other parameters, or of other code; the line names the first that differs. Or
+            another process is writing there.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         try:
@@ -137,7 +135,6 @@ class RunFolder(Files):
                 self._read()
                 there = resumed(self.folder, description, complete=self._done >= set(trials))
                 self._renderers, self._cpus = there.get(RENDERERS, {}), there.get(CPUS, [])
-                self._changed = provenance.difference(there, description) if "source" in description else ""
                 self.write_json(DESCRIPTION, there)
             elif has_tables(self.folder):
                 raise UsageError(f"{self.folder}: holds tables and no run.json; choose another folder")
@@ -219,7 +216,7 @@ class RunFolder(Files):
 
     def end(self) -> None:
         """Note that the trials are done, when, and by which command the last were."""
-        self.write_json(DESCRIPTION, {**read_description(self.folder), ENDED: now(), **command_note()})
+        self.write_json(DESCRIPTION, {**read_description(self.folder), ENDED: now(), **command_note(self.folder)})
 
     def table(self, name: str) -> pl.DataFrame:
         """Return the rows of the ``trials``, or of the ``frames``, so far, in order of trial, then model."""
@@ -228,8 +225,6 @@ class RunFolder(Files):
     def notes(self) -> list[str]:
         """Return what a reader of the tables has to know, a line each."""
         notes = []
-        if self._changed:  # and no trial was missing, or the run would have been refused
-            notes.append(f"{self.folder}: {self._changed} since its trials were computed; they are as they were")
         if len(frames := dict.fromkeys(chain(*self._renderers.values()))) > 1:
             notes.append(
                 f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"

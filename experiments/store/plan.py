@@ -86,6 +86,8 @@ class Plan(Generic[AnyTrial]):
         What a trial is called in the plural.
     parts
         Folder -> the plan of a run there, of a run of runs.
+    random
+        Whether anything differs between repeats: otherwise one says all.
     live
         What only this process has, such as a viewer.
     """
@@ -101,6 +103,7 @@ class Plan(Generic[AnyTrial]):
     parameters: Parameters = field(default_factory=dict)
     things: str = "trials"
     parts: Mapping[str, Plan[Any]] = field(default_factory=dict)
+    random: bool = True
     live: Any = None
 
     @property

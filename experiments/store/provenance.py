@@ -161,18 +161,29 @@ def _git(root: Path, *arguments: str) -> str | None:
     return done.stdout
 
 
-def difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    """Name the files and libraries that differ from ``there``, or colias-sim itself; empty if none does."""
+def moved(there: Mapping[str, Any], here: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a run's description with each of the user's files at the place where an equal one is ``here``."""
+    files, text = here.get("files", {}), json.dumps(there)
+    places = {digest: path for path, digest in files.items()}
+    for path, digest in there.get("files", {}).items():
+        if path not in files and digest in places:
+            text = text.replace(json.dumps(path), json.dumps(places[digest]))
+    return dict(json.loads(text))
+
+
+def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[tuple[str, str | None, str | None]]:
+    """Return name and both digests, or versions, of files and libraries that differ, or of colias-sim itself."""
     before, after = _computed_by(there), _computed_by(here)
-    changed = [name for name in sorted({*before, *after}) if before.get(name) != after.get(name)]
-    return " and ".join(f"{name} has changed" for name in changed)
+    names = [name for name in sorted({*before, *after}) if before.get(name) != after.get(name)]
+    return [(name, before.get(name), after.get(name)) for name in names]
 
 
 def _computed_by(description: Mapping[str, Any]) -> dict[str, str]:
     """Return what a run's numbers depend on, by name; Python's own version is not part of it."""
     libraries = {f"the version of {name}": version for name, version in description["versions"].items()
                  if name != "python"}  # fmt: skip
-    return {"colias-sim's own source": description["source"]["digest"], **description["files"], **libraries}
+    digests = {"colias-sim's own source": description["source"]["digest"], **description["files"]}
+    return {**{name: digest[:12] for name, digest in digests.items()}, **libraries}
 
 
 def commit(source: Mapping[str, Any]) -> str | None:

@@ -17,6 +17,7 @@ from experiments.declare.study import Fit, Study
 from experiments.draw import fit as report
 from experiments.judge.sweep import MOST_SLACK, slack
 from experiments.judge.tests import proportion_interval
+from experiments.kinds import sweep
 from experiments.kinds.fit import RESULTS, at, box_of, plan, scored, spread, study_of
 from experiments.kinds.tables import FITS
 from experiments.store.asked import Asked
@@ -193,9 +194,33 @@ def test_more_settings_go_on_from_fewer(folder, undisturbed):
         fit(folder, "more", "hill,luck", "--over", "planted.a=0..2", *SMALL[2:])
 
 
-def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeats():
-    fit = Fit(Study("few", "few", claims=("C15",), repeats=10), over=("dsnn.t_sp=0.1..0.2",), search_repeats=4)
-    assert [study_of(fit, [{}], again=again).repeats for again in (False, True)] == [4, 10]
+def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeats(folder, monkeypatch):
+    repeats = {}
+
+    def play(plan, out, pool):
+        repeats[out.name.partition("-")[0]] = plan.study.repeats
+        return sweep.read(plan, [])
+
+    monkeypatch.setattr(sweep, "play", play)
+    study = Study("few", "few", claims=("C15",), experiments=("speed",), repeats=10)
+    few = Fit(study, over=("dsnn.t_sp=0.1..0.2",), trials=2, share=1, sample=2, held_out=1, search_repeats=4)
+    experiments.fit(few, out=folder / "few", workers=0, quiet=True)
+    assert repeats == {"search": 4, "held": 10, "sample": 4}
+
+
+def test_equal_clips_are_fitted_to_once_and_judged_at_any_seed(tmp_path):
+    crossing = 'Clip("crossing", "plain", {"rows": 16, "columns": 24, "width": 4, "height": 8, "speed": 120.0})'
+    (tmp_path / "planted.py").write_text(PLANTED.replace('Clip("dots", "dots", SMALL)', crossing))
+    more = ("--trials", "40", "--share", "10", "--sample", "4", "--replicates", "5", "--held-out", "20")
+    outcome = fit(tmp_path, "out", "hill,luck", "--set", "planted.b=0.2", *A, *more)
+    one, *_ = (row for row in table(tmp_path, "out", "anew.csv") if row["name"] == "hill")
+    names = ("replicates", "satisfied", "word", "low", "high")
+    assert [one[name] for name in names] == ["1", "1", "fitted", None, None]
+    assert {row["replicates"] for row in table(tmp_path, "out", "anew.csv")} == {"1"} and outcome["luck"] == 0.0
+    trials = [pl.read_parquet(path)["trial"].n_unique() for path in tmp_path.glob("out/*/trials.parquet")]
+    assert set(trials) == {1}
+    with pytest.raises(UsageError, match="repeats"):
+        fit(tmp_path, "other", "hill", *A, "--repeats", "3")
 
 
 def test_slack_is_in_smallest_differences_and_unjudged_is_worst():
@@ -207,8 +232,8 @@ def test_slack_is_in_smallest_differences_and_unjudged_is_worst():
 
 
 def test_a_claim_that_holds_in_some_replicates_is_not_kept():
-    rows = [(0, "one", 0, "holds", 3.0), (0, "one", 1, "fails", -5.0), (0, "other", 0, "holds", 2.0),
-            (0, "other", 1, "holds", 4.0)]  # fmt: skip
+    rows = [(0, "one", 0, "holds", 3.0, True), (0, "one", 1, "fails", -5.0, True),
+            (0, "other", 0, "holds", 2.0, True), (0, "other", 1, "holds", 4.0, True)]  # fmt: skip
     (row,) = scored(pl.DataFrame(rows, RESULTS, orient="row")).to_dicts()
     assert row == {"setting": 0, "satisfied": 1, "claims": 2, "least slack": -5.0, "slack one": -5.0,
                    "slack other": 2.0, "mean slack": 1.0}  # fmt: skip

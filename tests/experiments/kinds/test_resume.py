@@ -1,8 +1,10 @@
 """Runs cut short, resumed, or refused in one line where settings, code or versions are others than the run's."""
 
+import dataclasses
 import json
 import re
 import shutil
+import sys
 from pathlib import Path
 
 import polars as pl
@@ -11,6 +13,7 @@ from filelock import FileLock
 
 import experiments
 from colias_sim import reference
+from experiments.base.errors import UsageError
 from experiments.kinds import registry
 from experiments.kinds.trials import plan
 from experiments.store import provenance
@@ -146,53 +149,95 @@ def refused(done, says: str) -> bool:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_edited_file_of_one_s_own_is_refused_while_trials_are_missing(mine, kind):
+@pytest.mark.parametrize("missing", [False, True])
+def test_an_edited_file_of_one_s_own_is_refused(mine, kind, missing):
     """The edited file is a module that the named one imports; its size and, to the second, its time stay."""
     assert mine(*KINDS[kind]).returncode == 0
     table = mine.folder / "out" / "trials.parquet"
     whole = pl.read_parquet(table)
+    if missing:
+        whole.clear().write_parquet(table)
     files = ("gains.py", *(("mine.py", "tiny.py") if kind == "clips" else ()))
     for name in files:
         there = (mine.folder / name).read_text()
         (mine.folder / name).write_text("GAIN = 0.02\n" if name == "gains.py" else f"{there}# more\n")
-        finished = mine(*KINDS[kind])
-        assert finished.returncode == 0 and f"{name} has changed" in finished.stderr, finished.stderr
-        assert pl.read_parquet(table).equals(whole), "what is done stays as it was"
-        whole.clear().write_parquet(table)
-        assert refused(mine(*KINDS[kind]), f"{name} has changed")
-        whole.write_parquet(table)
+        before = (table.read_bytes(), described(mine.folder / "out"))
+        assert refused(mine(*KINDS[kind]), name)
+        assert (table.read_bytes(), described(mine.folder / "out")) == before, "what is there stays as it was"
         (mine.folder / name).write_text(there)
     for name in files:
         (mine.folder / name).write_text((mine.folder / name).read_text() + "# more\n")
-    note = mine(*KINDS[kind]).stderr
-    assert all(f"{name} has changed" in note for name in files)
+    done = mine(*KINDS[kind])
+    assert all(refused(done, name) for name in files)
 
 
-def test_other_claims_are_judged_on_the_trials_that_are_done(mine):
+def test_other_claims_are_judged_on_the_trials_that_are_done(mine, monkeypatch):
     assert mine(*MINE).returncode == 0
-    rows = pl.read_parquet(mine.folder / "out" / "trials.parquet")
-    changed = EXPERIMENT.replace('("C2",)', '("C2", "C3")')
-    (mine.folder / "mine.py").write_text(changed)
-    assert mine(*MINE).returncode == 0
-    assert pl.read_parquet(mine.folder / "out" / "trials.parquet").equals(rows)
-    judged = json.loads((mine.folder / "out" / "claims.json").read_text())["claims"]
-    assert {claim["id"] for claim in judged} == {"C2", "C3"}
-    (mine.folder / "mine.py").write_text(changed.replace("240.0", "120.0"))  # what the clips show is another matter
-    assert refused(mine(*MINE), "choose another --out")
+    monkeypatch.chdir(mine.folder)
+    rows = pl.read_parquet("out/trials.parquet")
+    given = {"models": ["emd"], "recordings": False, "out": "out", "workers": 0, "quiet": True}
+    declared = dataclasses.replace(registry.find("mine.py"), claims=("C2", "C3"))
+    assert set(experiments.run(declared, **given).claims["id"]) == {"C2", "C3"}
+    assert pl.read_parquet("out/trials.parquet").equals(rows)
+    with pytest.raises(UsageError, match="choose another --out"):  # what the clips show is another matter
+        experiments.run(dataclasses.replace(declared, clips=declared.clips[:1]), **given)
 
 
-def test_other_source_and_versions_are_refused_while_trials_are_missing(mine, monkeypatch):
+@pytest.mark.parametrize("missing", [False, True])
+def test_other_source_and_versions_are_refused(mine, monkeypatch, missing):
     assert mine(*MINE).returncode == 0
     out = mine.folder / "out"
     rows = pl.read_parquet(out / "trials.parquet")
-    rows.filter(pl.col("trial") != 0).write_parquet(out / "trials.parquet")
+    rows.filter(pl.col("trial") >= missing).write_parquet(out / "trials.parquet")
     with monkeypatch.context() as patched:
         patched.setattr(provenance, "digest", lambda: "another")
-        assert refused(mine(*MINE), "colias-sim's own source has changed")
+        assert refused(mine(*MINE), "colias-sim's own source")
     there = described(out)
     for name in ("numpy", "python"):
         (out / "run.json").write_text(json.dumps(there | {"versions": there["versions"] | {name: "1.0"}}))
-        assert refused(mine(*MINE), "numpy has changed") == (name == "numpy"), "a patch of Python changes no number"
+        assert refused(mine(*MINE), "numpy") == (name == "numpy"), "a patch of Python changes no number"
+
+
+# --- a project's folder that was renamed ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "python", "sweep"])
+def test_a_project_whose_folder_was_renamed_resumes_and_is_repeated(kind, mine, tmp_path, monkeypatch):
+    """Its files are equal, and their places from the run; absolute paths of its own in the command are those of now."""
+    before, after = tmp_path / "before", tmp_path / "after"
+    before.mkdir()
+    for file in ("mine.py", "tiny.py", "gains.py", "slow.py"):
+        (tmp_path / file).rename(before / file)
+
+    def begin(folder):
+        given = {"out": "out", "workers": 0, "quiet": True}
+        monkeypatch.chdir(folder)
+        if kind == "python":
+            experiments.run(str(folder / "mine.py"), models=[folder / "tiny.py", "emd"], recordings=False, **given)
+        elif kind == "sweep":
+            experiments.sweep("speed", ("tiny.t_sp=0.1,0.2",), [folder / "tiny.py"], range(3, 4), measures=["spikes"],
+                              repeats=1, **given)  # fmt: skip
+        else:
+            done = Colias(folder)(*(str(folder / word) if word.endswith(".py") else word for word in KINDS[kind]))
+            assert done.returncode == 0, done.stderr
+
+    begin(before)
+    whole = pl.read_parquet("out/trials.parquet")
+    monkeypatch.chdir(tmp_path)
+    before.rename(after)
+    sys.modules.pop("gains", None)  # as in a new process
+    again = Colias(tmp_path)("run", "--again", "after/out", "--out", "again", "--workers", "0", "-q")
+    assert (again.returncode, again.stdout.split(":")[0], again.stderr) == (0, "equal", ""), again.stderr
+    last = pl.col("trial") == whole["trial"].max()
+    whole.filter(~last).write_parquet(after / "out" / "trials.parquet")
+    begin(after)
+    resumed = pl.read_parquet("out/trials.parquet")
+    assert resumed.drop("wall_s", strict=False).equals(whole.drop("wall_s", strict=False))
+    twice = Colias(tmp_path)("run", "--again", "after/out", "--out", "twice", "--workers", "0", "-q")
+    assert (twice.returncode, twice.stdout.split(":")[0]) == (0, "equal"), twice.stderr
+    (after / "gains.py").write_text("GAIN = 0.02\n")
+    edited = Colias(tmp_path)("run", "--again", "after/out", "--out", "edited", "--workers", "0", "-q")
+    assert "gains.py" in edited.stderr and "mine.py" not in edited.stderr
 
 
 # --- parameters that are not at their defaults are columns -----------------------------------------------------------

@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,13 +22,16 @@ from experiments.base.errors import UsageError
 from experiments.cli import main
 from experiments.declare.study import TOGETHER
 from experiments.draw.sweep import draw, finding
+from experiments.judge.count import Count, count_of
 from experiments.judge.judge import judge as outcome
 from experiments.judge.sweep import read
 from experiments.kinds import registry, sweep_plan
+from experiments.kinds.registry import typed
 from experiments.kinds.trials import plan as robot_plan
 from experiments.settings.grid import levels_of, points_of
 from experiments.settings.models import choose
 from tests.experiments.judge.test_replicates import rows_of as answers_of
+from tests.helpers.clip_rows import row as clip_row
 
 BOTH = ("general", "angular-recession")
 ARGUMENTS = ["sweep", "general", "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C14", "--repeats", "5",
@@ -338,9 +342,130 @@ def test_the_function_returns_the_outcomes(tmp_path):
     assert set(pl.read_parquet(tmp_path / "out" / "trials.parquet")["repeat"]) == {0, 1}
 
 
+def test_what_python_gives_a_sweep_is_what_texts_say(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "alpha.py").write_text(OWN)
+    alpha = registry.find("alpha.py")
+    texts, other = ("dsnn.t_sp=0.1,0.2",), planned(["alpha.py"], "dsnn.t_sp=0.1,0.2", assignments=("dsnn.n_con=6",))
+    once = {"replicates": 1, "repeats": None}
+    same = [
+        typed(Path("alpha.py"), (over for over in texts), assignments=["dsnn.n_con=6"]),
+        typed(alpha, {"dsnn.t_sp": (0.1, 0.2)}, assignments=["dsnn.n_con=6"]),
+        Study("s", "s", experiments=(alpha,), over=texts, assignments={"dsnn": {"n_con": 6}}, **once),
+        Study("s", "s", experiments=(Path("alpha.py"),), assignments=("dsnn.n_con=6",), **once,
+              axes={"dsnn.t_sp": {"0.1": (text for text in ("dsnn.t_sp=0.1",)), "0.2": {"dsnn.t_sp": 0.2}}}),
+    ]  # fmt: skip
+    for study in same:
+        plan = sweep_plan.planned(study)
+        assert plan.axes == other.axes and len(plan.specs) == len(other.specs)
+        for one, two in zip(plan.specs, other.specs, strict=True):
+            assert (one.seed, one.condition) == (two.seed, two.condition)
+            assert [model.network for model in one.models] == [model.network for model in two.models]
+    for wrong in (["speed"], 3, None):
+        with pytest.raises(UsageError):
+            experiments.sweep(wrong, texts)
+
+
+def test_a_sweep_begun_from_python_is_repeated_or_says_why_not(tmp_path, monkeypatch, colias):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "crossing.py").write_text(FILE)
+    given = {"seeds": range(2, 4), "workers": 0, "quiet": True}
+    over = ("dsnn.t_sp=0.1,0.2",)
+    claim = registry.find("crossing.py").claims[0]
+    first = experiments.sweep(Path("crossing.py"), {"dsnn.t_sp": (0.1, 0.2)}, ["dsnn"], claims=iter(["passes"]),
+                              out="named", **given)  # fmt: skip
+    repeated = colias("run", "--again", "named", "--out", "again", "--workers", "0", "-q")
+    assert (repeated.returncode, repeated.stdout.split(":")[0]) == (0, "equal"), repeated.stderr
+    assert pl.read_csv("again/outcomes.csv")["seed"].to_list() == first["seed"].to_list() == [2, 3, 2, 3]
+    experiments.sweep(registry.find("crossing.py"), over, claims=("passes",), out="object", **given)
+    experiments.sweep("crossing.py", over, claims=(claim,), out="claim", **given)
+    for name in ("object", "claim"):
+        refused = colias("run", "--again", name, "--out", "other", "--workers", "0", "-q")
+        assert refused.returncode == 2 and "run the script" in refused.stderr and not (tmp_path / "other").exists()
+
+
 @pytest.mark.parametrize("over", [("a.b.first=2,3", "a.b=4,6"), ("a.b=4,6", "a.b.last=2,3"), ("a.b=1,2", "a.b=3,4")])
 def test_no_two_axes_move_one_parameter(over):
     with pytest.raises(UsageError):
         levels_of(over)
     assert list(levels_of(("a.b.first=2,3", "a.b.last=8,9"))) == ["a.b.first", "a.b.last"], "its two ends are two"
     assert list(levels_of(("a.b.first=2,3",), ("a.b=1,9",))) == ["a.b.first"], "the other end is as --set has it"
+
+
+# --- where nothing is random ------------------------------------------------------------------------------------------
+
+STILL = ("experiment.pose_sd_mm=0", "experiment.heading_sd_deg=0", "scene.turn_wall=false", "camera.preset=ideal")
+COUNTED = ("holds", "fails", "replicates", "low", "high", "word")
+
+
+def test_equal_clips_are_one_replicate_and_its_verdict_is_that_at_any_seed(tmp_path):
+    (tmp_path / "crossing.py").write_text(FILE.replace('"cluttered"', '"plain"'))
+    table = experiments.sweep(str(tmp_path / "crossing.py"), ("dsnn.t_sp=0.05,0.9",), seeds=range(20),
+                              claims=("passes",), out=tmp_path / "out", workers=0, quiet=True)  # fmt: skip
+    assert table.select("dsnn.t_sp", "verdict", "replicate").rows() == [(0.05, "holds", 0), (0.9, "fails", 0)]
+    assert pl.read_parquet(tmp_path / "out" / "trials.parquet")["trial"].n_unique() == 2, "each clip once"
+    counts = pl.read_csv(tmp_path / "out" / "counts.csv")
+    assert counts.select(COUNTED).rows() == [(1, 0, 1, None, None, "holds"), (0, 1, 1, None, None, "fails")]
+    assert [count_of(row) for row in counts.to_dicts()] == [Count(1, random=False), Count(0, 1, random=False)]
+
+
+def test_trials_without_any_spread_are_one_replicate_at_their_point(tmp_path):
+    plan = planned(["general"], "scene.light_sd=0,0.1", claims=("C13",), assignments=STILL, replicates=3, repeats=5)
+    trials = len(registry.load("general").conditions()) * 5
+    assert len(plan.specs) == (1 + 3) * trials
+    result = judged(plan, lambda spec, _: int(spec.condition.motion == "translation"))
+    assert [tuple(row[name] for name in COUNTED) for row in result.counts.to_dicts()] == [
+        (1, 0, 1, None, None, "holds"), (3, 0, 3, pytest.approx(0.292, abs=1e-3), 1.0, ""),
+    ]  # fmt: skip
+    assert [result.rows(*key).height for key in plan.judged] == [trials, 3 * trials]
+    settings = dict(text.split("=") for text in STILL) | {"experiment.speeds_cm_s": 30, "scene.light_sd": 0}
+    given = {"repeats": 1, "recordings": False, "settings": settings, "workers": 0, "quiet": True}
+    one, other = (experiments.run("speed", seed=seed, out=tmp_path / str(seed), **given) for seed in (0, 9))
+    assert one.frames.drop("wall_s", strict=False).equals(other.frames.drop("wall_s", strict=False)), "it is so"
+    assert one.trials.drop("seed", "wall_s").equals(other.trials.drop("seed", "wall_s"))
+    assert {text.partition("(")[0] for text in one.claims["count"]} and one.claims["word"].null_count() == 0
+
+
+@pytest.mark.parametrize("key", ["experiment.pose_sd_mm", "experiment.heading_sd_deg", "scene.light_sd",
+                                 "camera.shot_noise", "camera.read_noise", "camera.jitter_ms",
+                                 "camera.drop_probability"])  # fmt: skip
+def test_any_spread_of_a_trial_makes_replicates_differ(key):
+    settings = [text for text in (*STILL, "scene.light_sd=0") if not text.startswith(key)]
+    plan = planned(["general"], f"{key}=0,0.5", claims=("C13",), assignments=settings, replicates=2, repeats=5)
+    assert plan.fixed == {(((key, "0"),), "general")}
+
+
+def test_clips_that_tremble_are_counted_beside_equal_ones(tmp_path):
+    """Claims together are counted over all replicates, the claim on equal clips as it comes out in the one of them."""
+    claims = {"still": (FILE.replace('"cluttered"', '"plain"'), '"passes"'),
+              "leaves": (FILE.replace("passes", "stays"), '"stays"')}  # fmt: skip
+    for name, (text, _) in claims.items():
+        (tmp_path / f"{name}.py").write_text(text.replace('"crossing"', f'"{name}"'))
+    plan = planned([str(tmp_path / f"{name}.py") for name in claims], "dsnn.t_sp=0.1,0.2", claims=("passes", "stays"),
+                   replicates=3)  # fmt: skip
+    assert len(plan.specs) == 2 + 3 * 2
+    peak = {spec.index: 0.15 + 0.1 * (spec.repeat != 1) for spec in plan.specs}
+    rows = [clip_row(spec.condition.name, model.label, trial=spec.index, experiment=spec.experiment,
+                     peak_hs=peak[spec.index]) for spec in plan.specs for model in spec.models]  # fmt: skip
+    counts = counts_of(read(plan, rows))
+    found = {key: (row["holds"], row["replicates"]) for key, row in counts.items()}
+    assert found == {(0.1, "passes"): (1, 1), (0.1, "stays"): (3, 3), (0.1, TOGETHER): (3, 3),
+                     (0.2, "passes"): (1, 1), (0.2, "stays"): (2, 3), (0.2, TOGETHER): (2, 3)}  # fmt: skip
+
+
+def test_one_value_is_one_point():
+    with pytest.raises(UsageError):
+        levels_of(("dsnn.t_sp=0.1,0.10",))
+
+
+@pytest.mark.parametrize("repeats", [7, 10])
+def test_repeats_of_clips_are_refused(repeats, tmp_path):
+    given = {"claims": ("C2",), "out": tmp_path / "out", "workers": 0, "quiet": True}
+    over = ("dsnn.t_sp=0.1,0.2",)
+    with pytest.raises(UsageError, match="repeats"):
+        experiments.sweep("clean", over, repeats=repeats, **given)
+    with pytest.raises(UsageError, match="repeats"):
+        main.command(["sweep", "clean", "--over", *over, "--repeats", str(repeats), "--out", str(tmp_path / "out")])
+    with pytest.raises(UsageError, match="repeats"):
+        planned(["clean"], *over, claims=("C2",), repeats=7)
+    assert not (tmp_path / "out").exists()

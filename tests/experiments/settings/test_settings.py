@@ -1,11 +1,16 @@
 """``--set`` reaches every parameter, and refuses with the range."""
 
 import dataclasses
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from colias_sim import RobotConfig
+from colias_sim import RobotConfig, SceneConfig
+from colias_sim.envs.options import EnvOptions
+from experiments import Condition, Experiment
 from experiments.base.errors import UsageError
+from experiments.base.values import assignments
 from experiments.kinds import registry
 from experiments.kinds.tables import NAMES
 from experiments.settings.apparatus import configure, sections
@@ -82,3 +87,84 @@ def test_models_have_sections_of_their_own_and_families_share_one():
     assert [m.network.fdsr for m in settings.models] == [True, True, False]
     _, settings = configure(registry.load("speed"), ["dsnn", "dsnn"], [])
     assert [m.label for m in settings.models] == ["dsnn"], "the same under the same settings: shown once"
+
+
+# --- from Python ------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Design:
+    """A design of a user's own, with texts and paths."""
+
+    names: tuple[str, ...] = ("North wall", "b")
+    listed: list[str] = dataclasses.field(default_factory=lambda: ["x"])
+    picture: Path = Path("In/Here.PNG")
+    sizes: tuple[float, ...] = (0.123456789, 1e6)
+    note: str | None = "Any"
+    turned: bool = True
+    pose_sd_mm: float = 0.5
+    heading_sd_deg: float = 0.0
+
+    def conditions(self):
+        yield Condition("translation", "rightward", 20.0, 6.0)
+
+
+OWN = Experiment("own", "own", Design(), "speed_cm_s", repeats=1)
+
+
+@pytest.mark.parametrize(
+    ("settings", "changes"),
+    [
+        ({"experiment.picture": Path("/Data/Wall.PNG")}, {"picture": Path("/Data/Wall.PNG")}),
+        ({"experiment.names": (name for name in ("One", "Two"))}, {"names": ("One", "Two")}),
+        ({"experiment.names": [Path("A/B"), "c"]}, {"names": ("A/B", "c")}),
+        (
+            {"experiment": {"sizes": np.array([0.1, 0.25]), "turned": np.False_}},
+            {"sizes": (0.1, 0.25), "turned": False},
+        ),
+        ({"experiment.note": b"Bytes", "experiment.turned": False}, {"note": "Bytes", "turned": False}),
+        ({"experiment.pose_sd_mm": np.float64(0.1)}, {"pose_sd_mm": 0.1}),
+    ],
+)
+def test_values_of_python_arrive_as_they_are(settings, changes):
+    whole, _ = configure(OWN, ["dsnn"], assignments(settings))
+    assert whole.design == dataclasses.replace(Design(), **changes)
+
+
+@pytest.mark.parametrize("value", [["a,b", "c"], [[1, 2], [3, 4]], {"a": 1}, None])
+def test_values_that_no_text_has_are_refused(value):
+    with pytest.raises(UsageError):
+        configure(OWN, ["dsnn"], assignments({"experiment.names": value}))
+
+
+def test_texts_of_a_design_are_listed_as_they_are_set():
+    listed = {row["key"]: row["value"] for row in described({"experiment": Design()})}
+    assert listed["experiment.names"] == "North wall,b" and listed["experiment.sizes"] == "0.123456789,1e+06"
+    whole, _ = configure(OWN, ["dsnn"], [f"{key}={value}" for key, value in listed.items()])
+    assert whole.design == Design()
+
+
+@pytest.mark.parametrize("lacking", [("pose_sd_mm",), ("heading_sd_deg", "pose_sd_mm")])
+def test_a_design_without_spreads_is_refused_by_their_names(lacking):
+    fields = [name for name in ("pose_sd_mm", "heading_sd_deg") if name not in lacking]
+    bare = dataclasses.make_dataclass("Bare", [(name, float, 0.0) for name in fields], frozen=True,
+                                      namespace={"conditions": Design.conditions})  # fmt: skip
+    with pytest.raises(UsageError) as caught:
+        planned(Experiment("own", "own", bare(), "speed_cm_s", file="/there/own.py"), ["dsnn"], repeats=1)
+    assert all(text in str(caught.value) for text in ("/there/own.py", "Bare", *lacking))
+
+
+def test_settings_of_a_declaration_are_read_in_every_plan():
+    speeds = Experiment("own", "own", registry.load("speed").design, "speed_cm_s",
+                        settings={"experiment.speeds_cm_s": (speed for speed in (20, 30))})  # fmt: skip
+    for _ in range(2):
+        assert configure(speeds, ["dsnn"], [])[0].design.speeds_cm_s == (20.0, 30.0)
+
+
+def test_paths_are_places_of_pictures_and_arenas(tmp_path):
+    for name in ("Wall.PNG", "Arena.xml"):
+        (tmp_path / name).touch()
+    wall, arena = tmp_path / "Wall.PNG", tmp_path / "Arena.xml"
+    scene = SceneConfig(arena=arena, wall=wall, shell_picture=wall)
+    assert scene == SceneConfig(arena=str(arena), wall=str(wall), shell_picture=str(wall))
+    assert EnvOptions(arena=arena).arena == str(arena)
