@@ -7,16 +7,23 @@ import polars as pl
 from experiments.bench.report import terminal
 from experiments.bench.report.terminal import count, out_console, show_files, show_verdicts
 from experiments.bench.result import Run, whole_networks
+from experiments.bench.run.description import THRESHOLDS
 from experiments.bench.run.rows import COUNTS, PEAKS, RESPONSES
 from experiments.bench.sources.conditions import CONDITION_COLUMNS
 from experiments.bench.sources.judge import flaws
-from experiments.bench.sources.motion import GRADES
+from experiments.bench.sources.motion import GRADES, near_miss
 from experiments.bench.sources.trial_rows import varying
 
 SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "peak_hs": ("mean",),
          "trough_hs": ("mean",), "peak_looming": ("mean",)}  # fmt: skip
 """Quantities that the table of a run has, as far as its models have them -> their columns of the summary; a mean has
 the name of its quantity."""
+
+TRY = (
+    "Try nearer motion or more contrast, another --size, or a lower T, for example --set dsnn.t_sp=0.08; "
+    "a still scene must stay below it."
+)
+"""What helps where no motion passed the threshold."""
 
 
 def show(run: Run) -> None:
@@ -62,7 +69,11 @@ def show_motion(run: Run) -> None:
     """Print what footage comes to: the intervals of motion, each model, the verdicts, and where everything is."""
     if not run.done:
         return
-    terminal.show(run.summary, "motion over T" if run.summary.height else "motion over T: none")
+    if run.summary.height:
+        terminal.show(run.summary, "motion over T")
+    for model in sorted({*run.trials["model"]} - {*run.summary["model"]}):
+        if near := near_miss(run.frames.filter(model=model), run.description[THRESHOLDS][model]):
+            out_console.print(f"{model}: {near}\n  {TRY}")
     terminal.show(
         run.trials.head(1).select("source", "width", "height", "fps", "frames", "seconds"), "as models saw it"
     )
