@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any, NoReturn
 
 import av
+import cv2
 import numpy as np
 import numpy.typing as npt
 from av.filter import Graph
+from av.sidedata.sidedata import Type
+from av.stream import Disposition
 from av.video.frame import VideoFrame
 from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 
+from dsnn.files import check_single, check_white
 from dsnn.model import USUAL_FPS
 
 Image = npt.NDArray[np.uint8]
@@ -26,13 +31,26 @@ SIDE_DATA = {
     "SPHERICAL": ((4,), "it shows a sphere; cut a flat view out of it, for example by ffmpeg's filter v360"),
 }
 """Kind of a frame's side data -> its values for flat pictures, and the message for others."""
+NAMELESS = sorted(set(range(40)) - {kind.value for kind in Type})
+"""Kinds of side data that PyAV does not know, such as EXIF (31): it reads none of a frame's where there is one."""
+NO_TRACK = Disposition.attached_pic | Disposition.timed_thumbnails | Disposition.still_image | Disposition.dependent
+"""What a file may have beside its films: covers, and parts of another track."""
+LINEAR, PQ, HLG = 8, 16, 18
+"""Transfer functions (ITU-T H.273) that are converted to a screen's levels."""
+WIDE_WHITE, WIDENED_WHITE = 65535, 65280
+"""White of the 16 bits to which FFmpeg converts a full range, and a limited one."""
+SCREEN_CD_M2 = 203.0
+"""White of a screen in HDR films, also 75 % of HLG (ITU-R BT.2408); what is brighter becomes white."""
+LOGARITHMIC = {9, 10, 256}
+"""Transfer functions that are refused: log, its square root, and V-Log. Each camera has a white of its own."""
 
 
 def read_video(path: str | os.PathLike[str]) -> Video:
     """Open a video file and iterate over its grey frames with their times.
 
     A video is read as a player shows it: rotated, mirrored and cut as the file specifies, with its range of grey
-    levels. The two fields of an interlaced frame become one picture.
+    levels. The two fields of an interlaced frame become one picture. HDR films and linear light become what a screen
+    without HDR shows.
 
     Parameters
     ----------
@@ -48,7 +66,8 @@ def read_video(path: str | os.PathLike[str]) -> Video:
     Raises
     ------
     ValueError
-        The file is not a video, or it is transparent, stereoscopic, spherical or rotated by an odd angle.
+        The file is not a video, or it is transparent, stereoscopic, spherical, logarithmic or rotated by an odd angle,
+        or its white is unknown: of 16 bits, all dark, fewer may be meant.
 
     Examples
     --------
@@ -57,7 +76,11 @@ def read_video(path: str | os.PathLike[str]) -> Video:
     >>> series = DSNN(film.shape, DSNNParams.offline()).run(film)  # doctest: +SKIP
     >>> series.time_s, series.hs  # doctest: +SKIP
     """
-    return Video(path)
+    film = Video(path)
+    if film.deep:
+        # A film of 12 bits may have 0 alone, below the black of a limited range.
+        check_white(path, (max(int(image.max()), 1) / 255 for _, image in Video(path)))
+    return film
 
 
 class Video:
@@ -78,6 +101,10 @@ class Video:
         Mean number of frames per second; ``None`` if the file does not specify it.
     length_s
         Duration of the pictures according to the file, s; 0 if it does not specify it.
+    tracks
+        Number of its films; the one that a player chooses is read.
+    deep
+        Whether its first frame has levels of 16 bits, which may be fewer that do not say so.
     interlaced, damaged
         Number of frames so far that had two fields, and that could not be decoded.
 
@@ -99,8 +126,12 @@ class Video:
             self._refuse("not a video that FFmpeg can decode (it has no pictures, or an unknown codec)")
         if stream.metadata.get("alpha_mode") == "1":  # WebM: FFmpeg's own decoders ignore the transparency
             self._refuse(TRANSPARENT)
+        if self._container.format.name == "image2" or self._container.format.name.endswith("_pipe"):
+            check_single(self._path)
         stream.thread_type = "AUTO"
         self._stream, self._pixel_aspect = stream, float(stream.sample_aspect_ratio or 1)
+        films = (one for one in self._container.streams.video if not one.disposition & NO_TRACK and one.frames != 1)
+        self.tracks, self.deep = len(list(films)), False
         rate = float(stream.average_rate or stream.guessed_rate or 0)
         self.fps = rate if 0.0 < rate <= FASTEST else None
         # In MOV and MP4 edit lists skip frames.
@@ -125,15 +156,24 @@ class Video:
         """Yield the time stamp of each frame in s, or None, and its grey levels in display orientation."""
         graph: Graph | None = None
         form: tuple[object, ...] = ()
+        codec, aspect = self._stream.codec_context, self._pixel_aspect
+        may_change = self._stream.sample_aspect_ratio == codec.sample_aspect_ratio  # otherwise the container's counts
         for frame in self._decoded():
             transparent = any(component.is_alpha for component in frame.format.components)
             if transparent and frame.to_ndarray(format="rgba")[:, :, 3].min() < 255:
                 self._refuse(TRANSPARENT)
+            if frame.color_trc in LOGARITHMIC:
+                self._refuse("its levels are logarithmic; convert it, for example by ffmpeg's filter zscale=t=bt709")
             self.interlaced += frame.interlaced_frame
-            before, form = form, (frame.width, frame.height, frame.format.name, frame.color_range)
+            aspect = float(codec.sample_aspect_ratio or 1) if may_change else aspect
+            before = form
+            form = frame.width, frame.height, frame.format.name, frame.color_range, frame.color_trc, aspect
             if form != before:
                 yield from self._filtered(graph, None)
-                graph = _to_grey(frame)
+                graph, self._pixel_aspect = _to_grey(frame), aspect
+                wide = frame.color_range == ColorRange.JPEG or frame.format.name.startswith(("gray", "gbr", "rgb"))
+                self._white = WIDE_WHITE if wide else WIDENED_WHITE
+                self.deep |= any(component.bits == 16 for component in frame.format.components)
             yield from self._filtered(graph, frame)
         yield from self._filtered(graph, None)
 
@@ -165,7 +205,9 @@ class Video:
                 self._refuse(problem)
         # A point (x, y) is shown at (xx x + xy y, yx x + yy y), with y downward.
         xx, yx, _, xy, yy = _side_data(frame, "DISPLAYMATRIX")[:5] or (1, 0, 0, 0, 1)
-        picture, pixel_aspect = frame.to_ndarray(), self._pixel_aspect
+        stored, pixel_aspect = frame.to_ndarray(), self._pixel_aspect
+        colours = _screen_levels(frame.color_trc, self._white)[stored] if stored.ndim == 3 else None
+        picture = np.asarray(stored if colours is None else cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY), np.uint8)
         if not xx and not yy:
             picture, xx, yy, xy, yx, pixel_aspect = picture.T, xy, yx, 0, 0, 1 / pixel_aspect
         if xy or yx or not xx or not yy:
@@ -184,17 +226,36 @@ def _side_data(frame: VideoFrame, name: str) -> list[int]:
 
 
 def _to_grey(frame: VideoFrame) -> Graph:
-    """Make a graph of FFmpeg's filters that converts frames like this one to grey levels from 0 to 255."""
+    """Make a graph of FFmpeg's filters: of frames like this one to grey levels from 0 to 255, or to RGB of 16 bits."""
     graph = Graph()
     filters = [
         graph.add_buffer(width=frame.width, height=frame.height, format=frame.format, time_base=frame.time_base),
-        graph.add("bwdif", "mode=send_frame:deint=interlaced"),
-        graph.add("scale", "sws_dither=none"),
-        graph.add("format", "pix_fmts=gray"),
+        *(graph.add("sidedata", f"mode=delete:type={kind}") for kind in NAMELESS),
     ]
     if frame.format.name.startswith("gray") and frame.color_range == ColorRange.MPEG:
         # FFmpeg widens the range of every format with colours, and assumes that pure grey is wide already.
-        filters.append(graph.add("lut", "c0=round((val-16)*255/219)"))
+        step, white = 1 << frame.format.components[0].bits - 8, (1 << frame.format.components[0].bits) - 1
+        filters.append(graph.add("lut", f"c0=clip(round((val-{16 * step})*{white}/{219 * step}),0,{white})"))
+    form = "rgb48le" if frame.color_trc in (LINEAR, PQ, HLG) else "gray"
+    filters.append(graph.add("bwdif", "mode=send_frame:deint=interlaced"))
+    filters += [graph.add("scale", "sws_dither=none"), graph.add("format", f"pix_fmts={form}")]
     graph.link_nodes(*filters, graph.add("buffersink"))
     graph.configure()
     return graph
+
+
+@lru_cache
+def _screen_levels(transfer: int, white: int) -> Image:
+    """Return a table (65536,) from levels of 16 bits to those of a screen (sRGB) that shows the same light."""
+    level = np.arange(1 << 16) / white
+    if transfer == PQ:  # SMPTE ST 2084
+        root = level ** (32 / 2523)
+        light = (np.maximum(root - 0.8359375, 0) / (18.8515625 - 18.6875 * root)) ** (8192 / 1305) * 1e4 / SCREEN_CD_M2
+    elif transfer == HLG:  # ITU-R BT.2100, on a screen of 1,000 cd/m2
+        bright = (np.exp((level - 0.55991073) / 0.17883277) + 0.28466892) / 12
+        light = np.where(level <= 0.5, level**2 / 3, bright) ** 1.2 * 1e3 / SCREEN_CD_M2
+    else:
+        light = level
+    light = np.minimum(light, 1)
+    shown = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.asarray(np.rint(255 * shown), np.uint8)

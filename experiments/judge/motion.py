@@ -1,8 +1,8 @@
 """When what moved which way: intervals of motion by a model's potentials, and how well HS follows optical flow.
 
-An interval of rightward motion is a series of frames with HS above the model's threshold T, in which no two are `GAP_S`
-or more apart and none is below -T, of at least `LEAST_FRAMES`; likewise leftward below -T, and downward and upward by
-VS. It lasts from its first frame over the threshold to its last.
+An interval of rightward motion is a series of frames with HS above the model's threshold T, in which no two neighbours
+are `GAP_S` and `GAP_FRAMES` or more apart and none is below -T, of at least `LEAST_FRAMES`; likewise leftward below -T,
+and downward and upward by VS. It lasts from its first frame over the threshold to its last.
 
 Neighbouring frames are alike. Against the flow seconds are therefore counted, and intervals come from blocks of a
 second.
@@ -12,17 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
 from experiments.base.streams import stream
 from experiments.judge.tests import SEED, proportion_interval
+from experiments.show.flow import TICK_S
 
 Floats = npt.NDArray[np.float64]
 
-GAP_S, LEAST_FRAMES = 0.2, 3
+GAP_S, GAP_FRAMES, LEAST_FRAMES = 0.25, 3, 3
 WAYS = {"hs": ("rightward", "leftward"), "vs": ("downward", "upward"), "looming": ("looming", "looming")}
 """A spiking channel -> what its potential says above the threshold, and below the negative one."""
 MOTIONS = pl.Schema(
@@ -71,9 +71,12 @@ def motions(frames: pl.DataFrame, thresholds: Mapping[str, Mapping[str, float | 
 
 def _intervals(frames: pl.DataFrame, ways: tuple[str, str], threshold: float) -> pl.DataFrame:
     """Return the intervals of one channel of one model."""
+    times_s = frames["time_s"].to_numpy()
+    frame_s = float(np.median(np.diff(times_s))) if len(times_s) > 1 else 0.0
+    gap_s = max(GAP_S, GAP_FRAMES * frame_s) - TICK_S
     over, potential = pl.col("potential").abs() > threshold, pl.col("potential")
     direction = pl.when(potential > 0).then(pl.lit(ways[0])).otherwise(pl.lit(ways[1])).alias("direction")
-    begins = (pl.col("direction") != pl.col("direction").shift()) | (pl.col("time_s").diff() >= GAP_S)
+    begins = (pl.col("direction") != pl.col("direction").shift()) | (pl.col("time_s").diff() >= gap_s)
     return (
         frames.filter(over)
         .with_columns(direction)
@@ -92,13 +95,17 @@ def _intervals(frames: pl.DataFrame, ways: tuple[str, str], threshold: float) ->
     )
 
 
-def mean_flow(before: npt.NDArray[np.uint8], now: npt.NDArray[np.uint8]) -> float:
-    """Mean horizontal flow between two luma images (R, C), px per frame, rightward positive (Farneback 2003)."""
-    flow = cv2.calcOpticalFlowFarneback(
-        before, now, np.empty((*now.shape, 2), np.float32),
-        pyr_scale=0.5, levels=3, winsize=15, iterations=3, poly_n=5, poly_sigma=1.2, flags=0,
-    )  # fmt: skip
-    return float(flow[..., 0].mean())
+def near_miss(frames: pl.DataFrame, thresholds: Mapping[str, float | None]) -> str:
+    """Say how near a model without an interval came to one, by its thresholds; empty if it has none."""
+    reached: list[str] = []
+    levels = {channel: level for channel, level in thresholds.items() if channel in WAYS and level is not None}
+    for channel, level in levels.items():
+        potential = np.abs(frames[channel].to_numpy())
+        name = channel if channel == "looming" else f"|{channel.upper()}|"
+        few = f" and passed it in {over} frames, too few" if (over := (potential > level).sum()) else ""
+        reached.append(f"{name} reached {potential.max():.2g}{few}")
+    highest = ", ".join(dict.fromkeys(f"T = {level:g}" for level in levels.values()))
+    return f"no motion passed {highest}; {', '.join(reached)}" if reached else ""
 
 
 def block_frames(rate: float) -> int:

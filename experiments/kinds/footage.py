@@ -25,7 +25,7 @@ from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import motion, stored
-from experiments.judge.motion import GRADES
+from experiments.judge.motion import GRADES, grades, near_miss
 from experiments.kinds.kind import Kind, perform
 from experiments.kinds.result import Run
 from experiments.kinds.tables import CLAIMS, shipped
@@ -41,7 +41,7 @@ from experiments.store.command import begun_by
 from experiments.store.description import THRESHOLDS, begun, read_description
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, print_notes
-from experiments.store.tables import COUNTS, PEAKS
+from experiments.store.tables import COUNTS, PEAKS, TrialRecord
 from experiments.store.workers import Workers
 
 if TYPE_CHECKING:
@@ -51,6 +51,14 @@ BLOCK_FRAMES, EVERY_S = 64, 0.1
 """Frames that are recorded at once, and time between two parts that a viewer gets."""
 NOTES = "notes"
 """The entry of ``run.json`` that says what to know of the source."""
+NO_GRADES = dict.fromkeys(GRADES)
+GRADED = TRIALS | pl.Schema(dict.fromkeys(GRADES, float))
+"""Columns of ``trials.parquet``: those of `TRIALS`, and each model's grades against the optical flow."""
+TRY = (
+    "Try nearer motion or more contrast, another --size, or a lower T, for example --set dsnn.t_sp=0.08; "
+    "a still scene must stay below it."
+)
+"""What helps where no motion passed the threshold."""
 EARLY, STOPPED = "ended_early", "stopped"
 """The entries of ``run.json`` that say whether a part of the source is missing, and whether Ctrl-C ended it."""
 
@@ -106,7 +114,7 @@ def _planned(asked: Asked, trial: Trial) -> Plan[Trial]:
         **provenance.of([*(model.source for model in trial.models), *files]),
     }  # fmt: skip
     return Plan(
-        asked, "watch", (trial,), None, resolved, (TRIALS, source.frame_columns), source, trial.models, changed,
+        asked, "watch", (trial,), None, resolved, (GRADED, source.frame_columns), source, trial.models, changed,
         "frames", live=False,
     )  # fmt: skip
 
@@ -231,10 +239,19 @@ def work(plan: Plan[Trial], out: Path, pool: Workers) -> None:
                 advance()
 
             try:
-                folder.add(play(trial, images=False, watch=see), source.label(), trial.seed)
+                folder.add(graded(plan, play(trial, images=False, watch=see)), source.label(), trial.seed)
             except TrialError as error:
                 folder.fail(0, source.label(), trial.seed, str(error))
         conclude(plan, folder)
+
+
+def graded(plan: Plan[Trial], done: TrialRecord) -> TrialRecord:
+    """Add each model's grades against the optical flow to its row; they are null where no flow was computed."""
+    frames = done.frames.partition_by("model", as_dict=True)
+    levels = {model.label: model.thresholds.get("hs") for model in plan.models}
+    rows = [{**row, **(grades(frames[row["model"],], levels[row["model"]]) if plan.declared.flow else NO_GRADES)}
+            for row in done.rows]  # fmt: skip
+    return replace(done, rows=tuple(rows))
 
 
 # What it comes to.
@@ -273,7 +290,11 @@ def show(run: Run) -> None:
     """Print what footage comes to: the intervals of motion, each model, the verdicts, and where everything is."""
     if not run.done:
         return
-    console.show(run.summary, "motion over T" if run.summary.height else "motion over T: none")
+    if run.summary.height:
+        console.show(run.summary, "motion over T")
+    for model in sorted({*run.trials["model"]} - {*run.summary["model"]}):
+        if near := near_miss(run.frames.filter(model=model), run.description[THRESHOLDS][model]):
+            console.out_console.print(f"{model}: {near}\n  {TRY}")
     console.show(run.trials.head(1).select("source", "width", "height", "fps", "frames", "seconds"), "as models saw it")
     console.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
     if run.description["judged"]:

@@ -1,17 +1,28 @@
-"""A folder of a user's own pictures: replicate r has picture r, behind the objects of clips and on the arena's wall."""
+"""A folder of a user's own pictures: a film, or replicate r has picture r, behind objects and on the arena's wall."""
 
 from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from itertools import accumulate, chain, pairwise
 from pathlib import Path
+from statistics import median_low
+from typing import TYPE_CHECKING
 
+from experiments.base.console import error_console
 from experiments.base.errors import UsageError, as_usage_error
 from experiments.base.user_code import sha256
 
-DIGITS = 20
-"""Numbers in names are compared as if they had as many digits: 2 before 10."""
+if TYPE_CHECKING:
+    from dsnn.pictures import Image
 
+NUMBER = re.compile(r"((?:(?<![^\W_])[-+])?[0-9]+)")
+"""A number in a name. A sign is one of its own: the hyphen of ``frame-1`` follows a letter, and joins."""
+OTHERS = "{n} entries of the folder are no pictures and are left out, the first is {first}"
+LOST = "{n} numbers are missing from the names of pictures and count as lost time, the first before {first}"
+DAMAGED = "{n} pictures could not be decoded and are left out, the first is {first}"
 
 Pictures = tuple[str, ...]
 """Absolute paths of pictures, in the order of their names, numbers by their value."""
@@ -23,26 +34,84 @@ def digests(pictures: Pictures) -> list[str]:
 
 
 def folder_pictures(folder: str | os.PathLike[str]) -> Pictures:
-    """Find and decode the pictures of a folder; files whose names begin with a dot are left out.
+    """Find and decode the pictures of a folder; other files and folders in it are left out, with a note.
 
-    Raises `UsageError`, in one line, for no folder, an empty one, and a file that is no picture.
+    Raises `UsageError`, in one line, for no folder, one without pictures, and a picture that cannot be read.
     """
     from dsnn.pictures import read_picture  # not before: OpenCV takes its time to load
 
     option = f"--pictures {folder}"
     try:
-        paths = [path.resolve() for path in Path(folder).iterdir() if not path.name.startswith(".")]
+        paths, others = entries(Path(folder).resolve())
     except OSError as error:
         raise UsageError(f"{option}: {error.strerror}") from None
-    paths.sort(key=by_number)
     if not paths:
         raise UsageError(f"{option}: must hold one picture or more (PNG, JPEG, TIFF or BMP)")
+    if others:
+        error_console.print(f"note: {option}: {OTHERS.format(n=len(others), first=others[0])}")
     with as_usage_error(f"{option}: "):
         for path in paths:
             read_picture(path)
     return tuple(map(str, paths))
 
 
-def by_number(path: Path) -> str:
-    """Return what a file is sorted by: its name, with numbers by their value."""
-    return re.sub("[0-9]+", lambda number: number[0].zfill(DIGITS), path.name)
+def entries(folder: Path) -> tuple[list[Path], list[str]]:
+    """Return the pictures of a folder in the order of their numbers, and the names of what else it has.
+
+    Names that begin with a dot are left out. A picture is a file that begins as those do that OpenCV reads.
+    """
+    import cv2
+
+    paths = sorted((path for path in folder.iterdir() if not path.name.startswith(".")), key=by_number)
+    pictures = [path for path in paths if path.is_file() and cv2.haveImageReader(str(path))]
+    return pictures, [path.name for path in paths if path not in pictures]
+
+
+def by_number(path: Path) -> tuple[list[str | int], str]:
+    """Return what a file is sorted by: its name, with numbers by their value and sign."""
+    return [int(part) if i % 2 else part for i, part in enumerate(NUMBER.split(path.stem))], path.name
+
+
+def frame_numbers(paths: Sequence[Path]) -> list[int]:
+    """Return the frame that each picture is, from 0, by the last number in its name, where only that differs.
+
+    The numbers' step is the smallest if all others are multiples of it, as of a counter, and otherwise the median, as
+    of times.
+    """
+    names = [by_number(path)[0] for path in paths]
+    steps = [
+        int(later[-2]) - int(name[-2]) if len(name) > 1 and [*name[:-2], name[-1]] == [*later[:-2], later[-1]] else 0
+        for name, later in pairwise(names)
+    ]
+    counted = [step for step in steps if step] or [1]
+    least = min(counted)
+    step = least if all(one % least == 0 for one in counted) else median_low(counted)
+    return list(accumulate((max(round(one / step), 1) for one in steps), initial=0))
+
+
+def film_of(paths: Sequence[Path], note: Callable[..., None]) -> Iterator[tuple[int, Image]]:
+    """Yield each frame's number and grey levels (R, C); ``note`` takes a text of this module, a name and a count."""
+    from dsnn.files import check_white
+    from dsnn.pictures import NotAPicture, levels
+
+    def shares(some: Sequence[Path]) -> Iterator[float]:
+        for path in some:
+            with suppress(NotAPicture):
+                share = levels(path)[1]
+                if share is not None:
+                    yield share
+
+    expected, checked = 0, False
+    for index, (path, number) in enumerate(zip(paths, frame_numbers(paths), strict=False)):
+        if number > expected:
+            note(LOST, path.name, number - expected)
+        expected = number + 1
+        try:
+            picture, share = levels(path)
+        except NotAPicture:
+            note(DAMAGED, path.name)
+            continue
+        if share is not None and not checked:  # one camera's: a scene may begin, or get, dark
+            check_white(path, chain([share], shares(paths[index + 1 :])))
+            checked = True
+        yield number, picture

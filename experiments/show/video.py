@@ -14,13 +14,12 @@ import numpy.typing as npt
 import polars as pl
 
 from dsnn.frames import frozen
-from dsnn.pictures import read_picture
 from dsnn.video import FASTEST, Video, read_video
 from experiments.base.errors import UsageError, as_usage_error
-from experiments.judge.motion import GRADES, grades, mean_flow
 from experiments.settings.models import ConfiguredModel
-from experiments.settings.pictures import by_number
+from experiments.settings.pictures import OTHERS, entries, film_of
 from experiments.show.clips import ClipSource
+from experiments.show.flow import TICK_S, mean_flow
 from experiments.show.play import Sample
 from experiments.store.tables import COUNTS, FRAME, JOB, PEAKS, RESPONSES, peaks
 
@@ -32,11 +31,13 @@ LONG_SIDE = 320
 """Longer side of what models see where no size is asked for: a 16:9 film becomes the paper's 320x180."""
 SIZES_PX = range(8, 4097)
 """Widths and heights that models can be asked to see."""
-VARIES, TICK_S = 0.10, 0.0015
-"""Frame intervals vary if one is off the mean by this share, and by more than a container's 1 ms clock rounds."""
+VARIES = 0.10
+"""Frame intervals vary if one is off the mean by this share, and by more than `TICK_S`."""
 USUAL_FPS = 30.0
 SAME_ASPECT = 1.05
 """Ratio of two aspects up to which they count as equal: whole pixels round small sizes."""
+RESIZED = "{n} frames have another size than the first, the first {first}; models see them at one size"
+DISTORTED = "{n} frames have another aspect than the first, the first {first}; models see them distorted"
 SLACK_FRAMES = 4.0
 """Frames by which a film may be shorter than its header says."""
 NOTHING: Mapping[str, Any] = {}
@@ -45,11 +46,11 @@ NOTHING: Mapping[str, Any] = {}
 TRIALS = pl.Schema(
     {
         **JOB, "source": str, "width": int, "height": int, "fps": float, **COUNTS,
-        **PEAKS, **dict.fromkeys(("seconds", *GRADES), float), "frames": int, "wall_s": float,
+        **PEAKS, "seconds": float, "frames": int, "wall_s": float,
     }
 )  # fmt: skip
 """Columns of ``trials.parquet``: what was shown, as models saw it in px, and its own frames per second; of each model
-its spikes and peaks, the time of its last frame, and its grades, which are null where no flow was computed.
+its spikes and peaks, and the time of its last frame.
 """
 FRAMES = pl.Schema({**FRAME, "time_s": float, "flow": float, **RESPONSES})
 """Columns of ``frames.parquet``; ``flow`` is the mean horizontal optical flow into the frame, px, or null."""
@@ -98,6 +99,7 @@ class VideoSource:
         self.rate: float | None = None
         self.count: int | None = None
         self.stopped = self._ended = False
+        self._noted: dict[str, tuple[int, str]] = {}
         readings = self._open()
         first = next(readings, None)
         if first is None:
@@ -125,9 +127,11 @@ class VideoSource:
             self.rate = rate if 0.0 < rate <= FASTEST else None
             return _of_camera(capture)
         if path.is_dir():
-            files = sorted((one for one in path.iterdir() if not one.name.startswith(".")), key=by_number)
-            self.count = len(files)
-            return _readable((n / USUAL_FPS, read_picture(file), NOTHING) for n, file in enumerate(files))
+            pictures, others = entries(path)
+            self.count = len(pictures)
+            if others:
+                self._note(OTHERS, others[0], len(others))
+            return _readable((n / USUAL_FPS, image, NOTHING) for n, image in film_of(pictures, self._note))
         if not path.exists():
             raise UsageError(f"{self.name}: no such file, folder or stimulus (a camera is given by its index)")
         with as_usage_error():
@@ -135,6 +139,11 @@ class VideoSource:
         self.rate = self.film.fps
         self.count = round(self.film.length_s * self.rate) or None if self.rate else None
         return _readable((time_s, image, NOTHING) for time_s, image in self.film)
+
+    def _note(self, text: str, first: str, count: int = 1) -> None:
+        """Add to what is known of so many frames or files, of which the first is told."""
+        before, told = self._noted.get(text, (0, first))
+        self._noted[text] = before + count, told
 
     def open(self, seed: int) -> VideoSource:
         """Return itself, as the source of its only trial: neither a camera nor a stream can be opened twice."""
@@ -153,6 +162,10 @@ class VideoSource:
         for time_s, image, truth in self._readings:
             if self.seconds is not None and time_s > self.seconds:
                 return
+            shown = self.film.size if self.film else image.shape[1::-1]
+            if shown != self.own_size:
+                text = RESIZED if stretch(shown, self.own_size) <= SAME_ASPECT else DISTORTED
+                self._note(text, "{}x{} at {:.2f} s".format(*shown, time_s))
             luma = resized(image, self.size)
             flow = mean_flow(before, luma) if self.flow and before is not None else None
             before = luma if self.flow else None
@@ -166,9 +179,8 @@ class VideoSource:
         return {"source": self.name, "width": self.size[0], "height": self.size[1], "fps": self.rate}
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, float | None]:
-        """Return peaks and troughs of a model's potentials, and its grades against the flow."""
-        graded = grades(frames, model.thresholds.get("hs")) if self.flow else dict.fromkeys(GRADES)
-        return {**peaks(frames), "seconds": float(frames["time_s"][-1]), **graded}
+        """Return peaks and troughs of a model's potentials, and the time of its last frame."""
+        return {**peaks(frames), "seconds": float(frames["time_s"][-1])}
 
     def ended_early(self, frames: int, until_s: float) -> str:
         """Say why this is not all of the source, after so many frames and seconds; empty if it is, or was left."""
@@ -180,20 +192,30 @@ class VideoSource:
 
     def notes(self, time_s: npt.NDArray[np.float64]) -> list[str]:
         """Return what to know about the source as far as it was read, at these times (T,), a line each."""
-        notes: list[str] = []
-        ratio = self.own_size[0] * self.size[1] / (self.own_size[1] * self.size[0])
-        if (stretch := max(ratio, 1 / ratio)) > SAME_ASPECT:
+        notes = [text.format(n=count, first=first) for text, (count, first) in self._noted.items()]
+        if (ratio := stretch(self.size, self.own_size)) > SAME_ASPECT:
             shown, own = (f"{width}x{height}" for width, height in (self.size, self.own_size))
-            notes.append(f"{shown} is not the aspect of {own}: models see it distorted by {stretch - 1:.0%}")
+            notes.append(f"{shown} is not the aspect of {own}: models see it distorted by {ratio - 1:.0%}")
         gaps, film = np.diff(time_s), self.film
         if film is None:
             return notes
         if len(gaps) > 1 and np.abs(gaps - gaps.mean()).max() > max(VARIES * gaps.mean(), TICK_S):
             low, high = gaps.min() * 1e3, gaps.max() * 1e3
             notes.append(f"frame intervals vary from {low:.0f} to {high:.0f} ms; models take one step a frame")
+        if film.tracks > 1:
+            shown = "{}x{}".format(*self.own_size)
+            notes.append(
+                f"one of its {film.tracks} films is shown, {shown}; take another by: ffmpeg -i FILE -map 0:v:1 B.mkv"
+            )
         if film.damaged:
             notes.append(f"{film.damaged} frames could not be decoded and are left out")
         return notes
+
+
+def stretch(size: tuple[int, ...], other: tuple[int, ...]) -> float:
+    """Return the ratio of two sizes' aspects, 1 or more."""
+    ratio = size[0] * other[1] / (size[1] * other[0])
+    return max(ratio, 1 / ratio)
 
 
 def _of_camera(capture: cv2.VideoCapture) -> Iterator[Reading]:

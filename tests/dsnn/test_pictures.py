@@ -1,6 +1,7 @@
 """A picture file reads as its 8-bit form does, or is refused: whatever its depth, its colours and its turn."""
 
 import struct
+import zlib
 from pathlib import Path
 
 import cv2
@@ -27,6 +28,43 @@ def pnm(kind: bytes, white: int, levels: np.ndarray, path: Path) -> None:
     path.write_bytes(b"%s\n# by hand\n64 48\n%d\n" % (kind, white) + levels.astype(kind_of_number).tobytes())
 
 
+def pam(white: int, levels: np.ndarray, path: Path) -> None:
+    depth = levels.shape[2] if levels.ndim == 3 else 1
+    kind = {1: b"GRAYSCALE", 2: b"GRAYSCALE_ALPHA", 3: b"RGB"}[depth]
+    header = b"P7\nWIDTH 64\nHEIGHT 48\nDEPTH %d\nMAXVAL %d\nTUPLTYPE %s\nENDHDR\n" % (depth, white, kind)
+    path.write_bytes(header + levels.astype(">u2" if white > 255 else "u1").tobytes())
+
+
+def ascii_pgm(white: int, path: Path) -> None:
+    levels = " ".join(str(level) for level in (GREY.astype(int) * white // 255).ravel())
+    path.write_text(f"P2\n64 48\n{white}\n{levels}\n")
+
+
+def packed(bits: int, path: Path) -> None:
+    """A TIFF of as many bits a level, one beside the other."""
+    levels = GREY.astype(np.uint16) << (bits - 8)
+    tiff(path, bits, np.packbits(levels[..., np.newaxis] >> np.arange(bits - 1, -1, -1) & 1).tobytes())
+
+
+def png(image: np.ndarray, kind: bytes, data: bytes, path: Path) -> None:
+    """A PNG with one chunk more after its header."""
+    chunk = struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    whole = cv2.imencode(".png", image)[1].tobytes()
+    path.write_bytes(whole[:33] + chunk + whole[33:])
+
+
+def stack(path: Path, **options) -> None:
+    pages = [Image.fromarray(np.roll(GREY, shift, axis=1)) for shift in range(3)]
+    pages[0].save(path, save_all=True, append_images=pages[1:], **options)
+
+
+def of_signal(levels: np.ndarray) -> np.ndarray:
+    """The inverse of sRGB's curve: linear levels of 16 bits that a screen shows as these of 8."""
+    share = levels / 255
+    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.dstack([np.rint(65535 * linear).astype(np.uint16)] * 3)
+
+
 def pillow(image: np.ndarray, path: Path, mode: str = "", **options) -> None:
     made = Image.fromarray(image)
     (made.convert(mode) if mode else made).save(path, **options)
@@ -48,13 +86,22 @@ READ = {
     "4.pgm": lambda path: pnm(b"P5", 15, GREY // 17, path),
     "12.pgm": lambda path: pnm(b"P5", 4095, GREY.astype(int) * 4095 // 255, path),
     "10.ppm": lambda path: pnm(b"P6", 1023, COLOURS.astype(int) * 1023 // 255, path),
+    "15.pam": lambda path: pam(15, GREY // 17, path),
+    "100.pam": lambda path: pam(100, COLOURS.astype(int) * 100 // 255, path),
+    "4095.pam": lambda path: pam(4095, GREY.astype(int) * 4095 // 255, path),
+    "30000.pam": lambda path: pam(30000, GREY.astype(int) * 30000 // 255, path),
+    "4095.pgm": lambda path: ascii_pgm(4095, path),
+    "10.tif": lambda path: packed(10, path),
+    "12.tif": lambda path: packed(12, path),
+    "linear.png": lambda path: png(of_signal(GREY), b"gAMA", struct.pack(">I", 100000), path),
+    "screen.png": lambda path: png(COLOURS, b"gAMA", struct.pack(">I", 45455), path),
     "palette.png": lambda path: pillow(GREY, path, "P"),
     "cmyk.jpg": lambda path: pillow(COLOURS, path, "CMYK", quality=95),
     "exif.jpg": lambda path: turned(path),
     "opaque.png": lambda path: cv2.imwrite(str(path), OPAQUE),
     "black-16.png": lambda path: cv2.imwrite(str(path), np.zeros_like(DEEP)),
 }
-COARSE = {"4.pgm": 17, "exif.jpg": 4, "cmyk.jpg": 4}
+COARSE = {"4.pgm": 17, "15.pam": 17, "100.pam": 4, "exif.jpg": 4, "cmyk.jpg": 4}
 """How many grey levels a file may be off: its own steps, or what its compression loses."""
 
 
@@ -76,6 +123,11 @@ REFUSED = {
     "palette.png": lambda path: pillow(GREY, path, "P", transparency=0),
     "grey-and-key.png": lambda path: pillow(GREY, path, transparency=0),
     "grey-and-alpha.png": lambda path: pillow(np.dstack([GREY, GREY]), path),
+    "log.png": lambda path: png(COLOURS, b"cICP", bytes([1, 9, 0, 1]), path),
+    "pages.tif": lambda path: stack(path),
+    "pages.gif": lambda path: stack(path),
+    "pages.webp": lambda path: stack(path),
+    "alpha.pam": lambda path: pam(255, np.dstack([GREY, GREY]), path),
     "empty.png": lambda path: path.write_bytes(b""),
     "absent.png": lambda path: None,
 }
@@ -86,6 +138,18 @@ def test_what_does_not_say_its_greys_is_refused(tmp_path, name):
     REFUSED[name](tmp_path / name)
     with pytest.raises(ValueError, match=name):
         read_picture(tmp_path / name)
+
+
+def test_203_candela_are_white_in_an_hdr_picture(tmp_path):
+    """0.58 of the signal is 203 cd/m2 in PQ, and 0.75 is white in HLG (ITU-R BT.2408)."""
+    for transfer, white in ((16, 0.581), (18, 0.75)):
+        png(
+            np.full((48, 64, 3), round(white * 65535), np.uint16),
+            b"cICP",
+            bytes([9, transfer, 0, 1]),
+            tmp_path / "a.png",
+        )
+        assert read_picture(tmp_path / "a.png").min() >= 254
 
 
 def test_a_camera_s_own_levels_are_8_bit_greys_and_no_others(tmp_path):

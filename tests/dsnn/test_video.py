@@ -6,6 +6,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from av.stream import Disposition
 
 from dsnn import read_video
 from dsnn.video import Video
@@ -39,6 +40,7 @@ def written(path: Path, images, codec="ffv1", pix_fmt="gray", form="gray", rate=
         stream.codec_context.time_base = Fraction(1, 1000 if times else rate)
         stream.codec_context.sample_aspect_ratio = more.get("aspect", Fraction(1))
         stream.codec_context.color_range = more.get("color_range", 0)
+        stream.codec_context.color_trc = more.get("transfer", 2)
         stream.metadata.update(more.get("stream", {}))
         if "matrix" in more:
             a, b, c, d = more["matrix"]
@@ -126,6 +128,92 @@ def test_grey_levels_are_those_of_the_range_that_a_film_says(tmp_path, name):
     source = written(tmp_path / "film.mkv", [image] * 3, codec, form, form, color_range=color_range, options=options)
     pictures = read(source)[1]
     assert len(pictures) == 3 and np.abs(pictures[0] - RAMP).max() <= (1 if codec in ("ffv1", "libx265") else 4)
+
+
+def of_light(cd_m2: np.ndarray) -> np.ndarray:
+    """The levels of a screen (sRGB) on which 203 cd/m2 are white."""
+    light = np.minimum(cd_m2 / 203, 1)
+    return 255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+SIGNAL = RAMP / 255
+ROOT = SIGNAL ** (32 / 2523)
+TRANSFERS = {  # number by ITU-T H.273: what a screen shows
+    8: of_light(203 * SIGNAL),
+    16: of_light(1e4 * (np.maximum(ROOT - 107 / 128, 0) / (2413 / 128 - 2392 / 128 * ROOT)) ** (8192 / 1305)),
+    18: of_light(1e3 * np.where(SIGNAL <= 0.5, SIGNAL**2 / 3, (np.exp((SIGNAL - 0.55991073) / 0.17883277) + 0.28466892)
+                                / 12) ** 1.2),
+    **dict.fromkeys((1, 2, 4, 5, 6, 13, 14, 15), RAMP),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("transfer", TRANSFERS)
+def test_white_is_that_of_a_screen_whatever_the_transfer_function(tmp_path, transfer):
+    grey = np.rint(SIGNAL * 1023).astype(np.uint16)
+    limited = np.rint(64 + SIGNAL * 876).astype(np.uint16)
+    colours = np.concatenate([limited, np.full((24, 64), 512, np.uint16)])
+    kinds = (grey, "gray10le", JPEG), (limited, "gray10le", MPEG), (colours, "yuv420p10le", MPEG)
+    for image, form, color_range in kinds:
+        film = tmp_path / f"{form}-{color_range}.mkv"
+        written(film, [image] * 2, "ffv1", form, form, color_range=color_range, transfer=transfer)
+        assert np.abs(read(film)[1][0] - TRANSFERS[transfer]).max() <= (1.3 if transfer != 8 else 2.1)
+
+
+@pytest.mark.parametrize("transfer", [9, 10])
+def test_logarithmic_levels_are_refused_by_name(tmp_path, transfer):
+    with pytest.raises(ValueError, match="logarithmic"):
+        read_video(written(tmp_path / "log.mkv", [ARROW] * 2, transfer=transfer))
+
+
+def test_levels_of_16_bits_are_known_by_the_brightest_picture_of_a_film(tmp_path):
+    deep = ARROW.astype(np.uint16) * 257
+    fading = [deep // 20, deep // 5, deep]
+    pictures = read(written(tmp_path / "fading.mkv", fading, "ffv1", "gray16le", "gray16le"))[1]
+    np.testing.assert_allclose(pictures.max((1, 2)), [11, 44, 220], atol=1)
+    for bits in (10, 12, 14):
+        for form in ("gray16le", "rgb48le"):
+            image = ARROW.astype(np.uint16) << (bits - 8)
+            image = np.dstack([image] * 3) if form == "rgb48le" else image
+            source = tmp_path / f"{bits}-{form}.mkv"
+            written(source, [image] * 3, "ffv1", "gbrp16le" if form == "rgb48le" else form, form)
+            with pytest.raises(ValueError, match="fewer bits"):
+                read_video(source)
+    limited = np.dstack([ARROW.astype(np.uint16) << 4, *np.full((2, 48, 64), 1 << 11, np.uint16)])  # all below black
+    with pytest.raises(ValueError, match="fewer bits"):
+        read_video(written(tmp_path / "colours.mkv", [limited] * 3, "ffv1", "yuv444p16le", "yuv444p16le"))
+
+
+def test_exif_beside_a_picture_is_passed_over():
+    film, pictures, _ = read(CASES / "exif.avi")
+    assert len(pictures) == 12 and film.size == (96, 64)
+
+
+@pytest.mark.parametrize(("disposition", "tracks"), [(Disposition.default, 2), (Disposition.attached_pic, 1)])
+def test_the_films_in_one_file_are_counted_without_covers(tmp_path, disposition, tracks):
+    colours = with_colours(ARROW)
+    with av.open(str(tmp_path / "film.mp4"), "w") as box:
+        streams = [box.add_stream(codec, rate=30) for codec in ("libx264", "mjpeg")]
+        for stream, form in zip(streams, ("yuv420p", "yuvj420p"), strict=True):
+            stream.width, stream.height, stream.pix_fmt = 64, 48, form
+        streams[1].disposition = disposition
+        packets = [
+            packet
+            for stream, count in zip(streams, (3, 1 if disposition == Disposition.attached_pic else 3), strict=True)
+            for image in [*[colours] * count, None]
+            for packet in stream.encode(None if image is None else av.VideoFrame.from_ndarray(image, stream.pix_fmt))
+        ]
+        for packet in packets:
+            box.mux(packet)
+    assert read_video(tmp_path / "film.mp4").tracks == tracks
+
+
+def test_an_aspect_that_changes_in_the_middle_is_followed(tmp_path):
+    for name, aspect in (("one", Fraction(1)), ("two", Fraction(4, 3))):
+        written(tmp_path / f"{name}.h264", [ARROW] * 8, "libx264", "yuv420p", aspect=aspect)
+    (tmp_path / "both.h264").write_bytes(b"".join((tmp_path / f"{name}.h264").read_bytes() for name in ("one", "two")))
+    film = read_video(tmp_path / "both.h264")
+    sizes = [film.size for _ in film]
+    assert (sizes[0], sizes[-1]) == ((64, 48), (85, 48))
 
 
 @pytest.mark.parametrize(

@@ -66,10 +66,11 @@ def stronger(flow: Floats, hs: Floats, vs: Floats, threshold: float, rate: float
     block, count = block_frames(rate), len(hs)
     over = np.abs(hs) > threshold
     seconds = [slice(start, start + block) for start in separate(np.flatnonzero(over), block)]
-    passed = [second for second in seconds if over[second].sum() >= LEAST_FRAMES]
+    least = min(LEAST_FRAMES, block)  # below 3 frames/s, all of a second's
+    passed = [second for second in seconds if over[second].sum() >= least]
     whole = len(flow) // block
     moving = int((np.abs(flow[: whole * block].reshape(whole, block).mean(axis=1)) > LEAST_FLOW).sum())
-    text = f"HS over T = {threshold:g} in {LEAST_FRAMES} frames or more of {len(passed)} separate seconds"
+    text = f"HS over T = {threshold:g} in {least} frames or more of {len(passed)} separate seconds"
     asks, scale = f"{LEAST_SECONDS} or more", float(LEAST_SECONDS)
     many = Check(text, float(len(passed)), scale, "at least", unit="seconds", scale=scale, asks=asks)
     translating = f"the flow has translation in {moving} of {whole} seconds"
