@@ -40,6 +40,10 @@ CLIP_SDS = 4.0
 """A pixel counts if its mean is this many sd away from 0 and from 255, because clipping reduces noise."""
 SCATTER_SDS = 4.0
 """Bound on the scatter of `unsteadiness` for pure noise, in units of one over the root of the number of values."""
+BAD_SDS = 8.0
+"""A pixel is bad if its variance is this many sd of an estimate from T frames above that of pixels of similar grey."""
+MOST_BAD = 0.005
+"""Share of bad pixels up to which they are the camera's. More are something that moves."""
 LEAST_PIXELS = 30
 """Minimum number of pixels in a bin of grey levels."""
 LEAST_ROWS = 8
@@ -74,11 +78,13 @@ class CalibrationError(ValueError):
 def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
     """Measure temporal noise by grey level.
 
+    Changes of light by frame, by row or by column are taken off first, and bad pixels do not count.
+
     Parameters
     ----------
     frames
-        Frames of a still scene under constant light, (T, R, C), with T of at least 8. The scene should have many grey
-        levels, or be combined with others in `photon_transfer`.
+        Frames of a still scene, (T, R, C), with T of at least 8. The scene should have many grey levels, or be combined
+        with others in `photon_transfer`.
     bins
         Number of bins of pixels of similar grey.
 
@@ -96,14 +102,16 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
     if len(frames) < 8:
         raise CalibrationError(f"noise takes 8 or more frames of the still scene (60 are good), got {len(frames)}")
     stack = frames.astype(np.float64)
-    mean, variance = stack.mean(0).ravel(), stack.var(0, ddof=1).ravel()
     whole = ((stack.min(0) > 0.0) & (stack.max(0) < 255.0)).ravel()  # clipping hides noise
+    stack = _without_flicker(stack)
+    mean, variance = stack.mean(0).ravel(), stack.var(0, ddof=1).ravel()
     spread = np.sqrt(np.median(variance[whole])) if whole.any() else np.inf
-    inside = (mean > CLIP_SDS * spread) & (mean < 255.0 - CLIP_SDS * spread)
+    inside = (mean > CLIP_SDS * spread) & (mean < 255.0 - CLIP_SDS * spread) & ~_bad_pixels(stack).ravel()
     if inside.sum() < LEAST_PIXELS:
         raise CalibrationError("the still scene is clipped at 0 or 255: take it with other light")
     mean, variance = mean[inside], variance[inside]
-    edges = np.linspace(mean.min(), mean.max() + 1e-9, bins + 1)
+    low, high = np.quantile(mean, (MOST_BAD, 1.0 - MOST_BAD))  # no single pixel sets the width of the bins
+    edges = np.linspace(low, high + 1e-9, bins + 1)
     place = np.digitize(mean, edges) - 1
     used = [place == index for index in range(bins) if (place == index).sum() >= LEAST_PIXELS]
     return (
@@ -111,6 +119,30 @@ def noise_levels(frames: Images, bins: int = 16) -> NoiseLevels:
         np.array([variance[bin_].mean() for bin_ in used]) - QUANTISATION,
         np.array([bin_.sum() for bin_ in used], np.int64),
     )
+
+
+def _bad_pixels(stack: Floats) -> npt.NDArray[np.bool_]:
+    """Find pixels that vary over time far more than others of similar grey, (R, C), such as ones that blink."""
+    mean, variance = stack.mean(0).ravel(), stack.var(0, ddof=1).ravel()
+    bad = np.zeros(mean.size, np.bool_)
+    for similar in np.array_split(mean.argsort(), 16):
+        usual = max(float(np.median(variance[similar])), 3 * QUANTISATION)
+        bad[similar] = variance[similar] > usual * (1.0 + BAD_SDS * math.sqrt(2 / (len(stack) - 1)))
+    return bad.reshape(stack.shape[1:])
+
+
+def _without_flicker(stack: Floats) -> Floats:
+    """Take off each frame's change of light, by row or by column, whichever change more; keep the pixels' variance.
+
+    Lamps on the mains flicker at twice its frequency. A rolling shutter turns this into stripes.
+    """
+    mean = stack.mean(0, keepdims=True)
+    axis = max((2, 1), key=lambda axis: stack.shape[axis] * float(stack.mean(axis).var(0).mean()))
+    weight = np.where(_bad_pixels(stack), 0.0, mean)
+    whole = np.maximum((weight * mean).sum(axis, keepdims=True), 1e-9)
+    change = ((stack - mean) * weight).sum(axis, keepdims=True) / whole
+    of_fit = np.minimum(weight * mean / whole, 0.5)  # share of a pixel's variance that the fit takes off
+    return np.asarray(mean + (stack - mean * (1.0 + change)) / np.sqrt(1.0 - of_fit))
 
 
 def unsteadiness(frames: Images) -> float:
@@ -124,16 +156,22 @@ def unsteadiness(frames: Images) -> float:
     Returns
     -------
     float
-        A share of the variance, 0 to 1. It is the larger of two: slow change, where distant frames differ more than
-        neighbours (von Neumann), and change of the whole picture's mean. It is 0 if noise explains both.
+        A share of the variance, 0 to 1. It is the largest of these: slow change, where distant frames differ more than
+        neighbours (von Neumann), and change of the mean of the whole picture, of its rows and of its columns. The
+        stripes of lamps that flicker are in its rows. It is 0 if noise explains all. A few bad pixels do not count.
     """
     stack = frames.astype(np.float64)
+    if len(stack) < 3:
+        return 0.0
+    stack = np.where((bad := _bad_pixels(stack)) & (bad.mean() < MOST_BAD), stack.mean(0), stack)
     variance = float(stack.var(0, ddof=1).mean())
-    if len(stack) < 3 or variance <= 0.0:
+    if variance <= 0.0:
         return 0.0
     slow = 1.0 - float((np.diff(stack, axis=0) ** 2).mean()) / 2.0 / variance
-    whole = float(stack.mean((1, 2)).var(ddof=1)) / variance - 1.0 / stack[0].size
-    return max(slow, whole, 0.0) if max(slow, whole) > SCATTER_SDS / math.sqrt(stack.size) else 0.0
+    parts = stack.mean((1, 2)), stack.mean(2), stack.mean(1)
+    shares = [float(part.var(0, ddof=1).mean()) / variance - part[0].size / stack[0].size for part in parts]
+    share = max(slow, *shares)
+    return max(share, 0.0) if share > SCATTER_SDS / math.sqrt(stack.size) else 0.0
 
 
 def photon_transfer(levels: Sequence[NoiseLevels], gain: float = 1.0) -> tuple[float, float]:
@@ -237,7 +275,7 @@ def edge_rows(luma: Images, empty: Floats) -> Whole:
         There are fewer than `LEAST_ROWS` rows, or the object is at the left edge of the picture.
     """
     difference = empty - luma.astype(np.float64)
-    dark = difference > 0.6 * max(float(difference.max()), 1.0)
+    dark = difference > 0.6 * max(float(np.sort(difference)[:, -3].max()), 1.0)  # of a row's third, as one may be bad
     crossed = (dark.sum(1) >= 3) & ~dark[:, 0]
     ends = np.flatnonzero(np.diff(np.concatenate([[0], crossed.astype(np.int8), [0]])))
     begin, end = max(ends.reshape(-1, 2).tolist(), key=lambda run: run[1] - run[0], default=[0, 0])
@@ -271,7 +309,7 @@ def edge_columns(luma: Images, empty: Floats, rows: Whole) -> Floats:
         No pixel of the first row is covered.
     """
     light = luma.astype(np.float64)
-    dark = light[int(rows[len(rows) // 2])].min()
+    dark = np.sort(light[int(rows[len(rows) // 2])])[2]  # one pixel may be bad
     covered = np.clip((empty - light) / np.maximum(empty - dark, 1.0), 0.0, 1.0)[rows]
     inside = np.flatnonzero(covered[0] > 0.9)
     if not inside.size:

@@ -199,6 +199,11 @@ class RobotConfig(_Presets):
             raise ValueError("serial_ms: the line to the motor board, so command_slot_ms must be above 0")
         return self
 
+    @property
+    def full_turn(self) -> float:
+        """Turn rate with the wheels at full speed against each other, in rad/s."""
+        return 2 * (self.max_speed_cm_s / 100) / (self.track_cm / 100)
+
 
 @parameters
 class CameraConfig(_Presets):

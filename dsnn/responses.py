@@ -71,7 +71,8 @@ def checked_response(
 def _number(name: str, value: Any) -> Any:
     """Return a Python or NumPy scalar, or the item of a 0-dimensional array, if it is a number in range."""
     if type(value) is not float and type(value) is not int:
-        if type(value) is np.ndarray and value.ndim == 0:  # not a masked one, whose item() is its fill value
+        # Convert before comparing: 1e9 itself is infinite in half precision. Not a masked one: its item() is its fill.
+        if isinstance(value, np.floating) or (type(value) is np.ndarray and value.ndim == 0):
             value = value.item()
         if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
             raise ResponseError(f"{name} must be a number, got {_in_a_line(value)}")
@@ -85,7 +86,7 @@ def _count(name: str, value: Any) -> int:
         return int(value)
     number = _number(name, value)
     if number != int(number):
-        raise ResponseError(f"{name} must be a whole number of spikes, got {number:g}")
+        raise ResponseError(f"{name} must be a whole number of spikes, got {float(number):g}")
     return int(number)
 
 

@@ -78,10 +78,11 @@ light (standard deviation 3 %) and the phase of the wall's texture.
 
 `randomise` adds variation. A number adds, in proportion to its value: light by up to 30 %, shells from black to a
 reflectance of 0.42, the speed of each wheel by up to 5 %, and the camera's direction by up to 3 degrees in pitch and
-yaw. A mapping such as `{"light": (0.7, 1.3), "mass_g": (26, 30)}` draws each factor uniformly between two ends in each
-episode. Each factor has its own random numbers, so that it does not change the draws of the others or of the world. The
-name of a preset is short for a mapping, and `{"preset": NAME, ...}` adds to it. A range that the camera cannot provide
-is refused: `ae_target` needs a camera with `auto_exposure`.
+yaw. (Bearings, and what is in view, are those of the camera without tilt.) A mapping such as `{"light": (0.7, 1.3),
+"mass_g": (26, 30)}` draws each factor uniformly between two ends in each episode. Each factor has its own random
+numbers, so that it does not change the draws of the others or of the world. The name of a preset is short for a
+mapping, and `{"preset": NAME, ...}` adds to it. A range that the camera cannot provide is refused: `ae_target` needs a
+camera with `auto_exposure`.
 
 `reset(options={"light": 0.5, "tilt": (3, -2)})` sets these factors for one episode; a factor with two draws takes two
 values. A value given replaces the one that `randomise` would draw; all other draws stay the same.

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import error, spaces
 
-from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.config import SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
 from colias_sim.envs.measures import SHARE, SIZE, Values
 from colias_sim.envs.options import EnvOptions, Options, checked
@@ -43,8 +43,6 @@ TOUCH_COST = 10.0
 """Cost of touching anything, the negative of the reward's term ``touch``."""
 MOST_STARTS = 500
 """Most draws of an episode's start among obstacles."""
-HALF_VIEW = math.radians(CameraConfig().hfov_deg / 2)
-"""Half of the horizontal field of view, in radians."""
 
 
 class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
@@ -102,7 +100,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         modes = [mode for mode in ColiasEnv.metadata["render_modes"] if mode != "human" or has_screen()]
         self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frame_skip}
         self._camera, self._robot = camera, robot = options.noisy_camera(), options.robot
-        self._fastest = robot.max_speed_cm_s / 100
+        self._fastest, self._half_view = robot.max_speed_cm_s / 100, math.radians(camera.hfov_deg / 2)
         shape = camera.height, camera.width
         others = self._others()
         self.observation_space = observation_space(options.observation, shape, len(others))
@@ -251,7 +249,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         placements, self._drivers = self._drawn(self.np_random)
         drawn = draw(self.options.randomise, given, self.np_random, rng)
         values = USUAL | drawn
-        self._apparatus.set(*changed(self._camera, self._robot, drawn), values)
+        camera, self._body = changed(self._camera, self._robot, drawn)
+        self._apparatus.set(camera, self._body, values)
         self._wheel_gains, (ahead_cm, left_cm) = values["wheel_gain"], values["start"]
         (light,), (latency_ms,) = values["light"], values["latency_ms"]
         self._delay(0.001 * latency_ms)
@@ -465,7 +464,7 @@ class TargetEnv(ColiasEnv[Options]):
 
     def _measures(self) -> dict[str, Any]:
         off = self._bearing()
-        return {"bearing_deg": math.degrees(off), "in_view": abs(off) < HALF_VIEW}
+        return {"bearing_deg": math.degrees(off), "in_view": abs(off) < self._half_view}
 
     def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
         """Compute the columns of an episode."""
@@ -475,9 +474,9 @@ class TargetEnv(ColiasEnv[Options]):
 
     def _centre(self) -> float:
         """Compute the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""
-        return max(1.0 - abs(self._bearing()) / HALF_VIEW, -1.0)
+        return max(1.0 - abs(self._bearing()) / self._half_view, -1.0)
 
     def _bearing(self) -> float:
-        """Compute the target's angle off the optical axis in radians, right positive."""
+        """Compute the target's angle off the camera's axis without tilt, in radians, right positive."""
         eye = self._sim.camera_config.forward_cm / 100
         return bearing(self._here, self._sim.robots[TARGET].pose, eye)

@@ -59,13 +59,13 @@ class Fixation(TargetEnv[FixationOptions]):
 
     ## Rewards
 
-    - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
+    - `centre`: 1 - |bearing| / half the view, at least -1; the bearing is the target's angle off the optical axis.
     - `effort`: -0.05 times the mean square of the two wheels.
     - `touch`: -10 when the hull touches anything.
 
     ## Info
 
-    This env adds `bearing_deg` (right positive) and `in_view` (whether that is within 35 degrees).
+    This env adds `bearing_deg` (right positive) and `in_view` (whether that is within half the view).
 
     ## Starting State
 
@@ -93,7 +93,7 @@ class Fixation(TargetEnv[FixationOptions]):
     measures: ClassVar = {
         "time on target": "in_view", "off axis (deg)": "off_axis_deg", "RMS off axis (deg)": "rms_off_axis_deg"
     }  # fmt: skip
-    note = "Time on target: the share of frames with the target within 35 degrees of the axis."
+    note = "Time on target: the share of frames with the target in the camera's horizontal view."
 
     def __init__(self, **arguments: Any) -> None:
         super().__init__(**arguments)

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
+from colias_sim.config import RobotConfig
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.geometry import random_poses
 from colias_sim.envs.measures import ANY, SIZE, Values, optomotor_gain, rms
@@ -22,10 +23,23 @@ from dsnn.field_docs import unit, with_field_docs
 HARDEST_PUSH_DEG_S = 180.0
 _PUSHED_DEG_S = (0.0, 58.0, 93.0, 130.0, 169.0, 207.0)
 _PUSH_N_M = (0.0, 8.25e-4, 1.237e-3, 1.649e-3, 2.061e-3, 2.474e-3)
-"""Measured: turn rates (degrees/s), and the torques (N m) that turn a robot at these rates against resting wheels.
+"""Measured: turn rates (degrees/s), and the torques (N m) that turn the default robot at these against resting wheels.
 
-The motors yield to the torque. From 4e-3 N m on the tyres slip too.
+The motors yield to the torque, and the tyres creep. From 4e-3 N m on the tyres slip too.
 """
+
+
+def pushes(robot: RobotConfig) -> tuple[Values, Values]:
+    """Compute turn rates (degrees/s) of a robot, and the torques (N m) that turn it at these rates.
+
+    Its servos yield by torque over gain, through wheels and track. Its tyres creep by torque over weight and track.
+    """
+    usual = RobotConfig()
+    weight, narrow = robot.mass_g * robot.track_cm / (usual.mass_g * usual.track_cm), usual.track_cm / robot.track_cm
+    soft = usual.motor_gain / robot.motor_gain * (robot.wheel_radius_cm / usual.wheel_radius_cm) ** 2
+    torques = np.array(_PUSH_N_M)
+    yields = math.degrees(2.0) * (usual.wheel_radius_cm / usual.track_cm) ** 2 / usual.motor_gain * torques
+    return narrow * np.array(_PUSHED_DEG_S) + (weight * soft * narrow**2 - narrow) * yields, weight * torques
 
 
 @with_field_docs
@@ -42,7 +56,7 @@ class OptomotorOptions(EnvOptions):
     slowest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=20.0, ge=0.0, le=360.0)
     """Least rate of the disturbance."""
     fastest_deg_s: Annotated[float, unit("degrees/s")] = Field(default=90.0, gt=0.0, le=360.0)
-    """Greatest rate of the disturbance; of a push at most 180, beyond which the tyres slip."""
+    """Greatest rate of the disturbance; of a push at most 180, or less for stiff motors, as tyres slip."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Self:
@@ -122,9 +136,10 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
             rate = math.radians(float(rng.uniform(options.slowest_deg_s, options.fastest_deg_s)))
             self._rate = rate if rng.random() < 0.5 else -rate
         if self.options.disturbance == "push":
-            torque = float(np.interp(abs(math.degrees(self._rate)), _PUSHED_DEG_S, _PUSH_N_M))
+            rates, torques = pushes(self._body)
+            torque = float(np.interp(abs(math.degrees(self._rate)), rates, torques))
             self._sim.robots[OBSERVER].twist(math.copysign(torque, self._rate))
-            return self._rate
+            return math.copysign(min(abs(self._rate), math.radians(rates[-1])), self._rate)
         self._sim.turn_wall(self._sim.wall_turn + self._rate * dt)
         return -self._rate
 

@@ -43,12 +43,12 @@ class Pursuit(TargetEnv[PursuitOptions]):
     ## Rewards
 
     - `distance`: 1 - |gap - `distance_cm`| / `distance_cm`, at least -1; the gap is the distance between the hulls.
-    - `centre`: 1 - |bearing| / 35 degrees, at least -1; the bearing is the target's angle off the optical axis.
+    - `centre`: 1 - |bearing| / half the view, at least -1; the bearing is the target's angle off the optical axis.
     - `touch`: -10 when the hull touches anything.
 
     ## Info
 
-    This env adds `gap_cm`, `bearing_deg` (right positive) and `in_view` (whether that is within 35 degrees).
+    This env adds `gap_cm`, `bearing_deg` (right positive) and `in_view` (whether that is within half the view).
 
     ## Starting State
 
@@ -75,7 +75,7 @@ class Pursuit(TargetEnv[PursuitOptions]):
     columns: ClassVar = {**TargetEnv.columns, "gap_error_cm": SIZE}
     measures: ClassVar = {"time on target": "in_view", "gap error (cm)": "gap_error_cm"}
     collisions = (PER_MINUTE,)
-    note = "Time on target: the share of frames with the target within 35 degrees of the axis."
+    note = "Time on target: the share of frames with the target in the camera's horizontal view."
     draws_paths = True
 
     def _begin(self, rng: np.random.Generator) -> tuple[Mapping[str, Pose], Mapping[str, Driver]]:

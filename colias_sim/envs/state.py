@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from colias_sim.config import RobotConfig
 from scenes import ARENA_RADIUS_CM
 
 Vector = npt.NDArray[np.float32]
@@ -59,6 +60,8 @@ class State:
         Direction of that point off the heading, in radians, right positive.
     others
         The other robots: the target first, then the rest by distance.
+    full_turn
+        Turn rate of the observer with its wheels at full speed against each other, in rad/s. It is no part of `vector`.
 
     Examples
     --------
@@ -75,6 +78,7 @@ class State:
     wall_distance: float
     wall_bearing: float
     others: tuple[Other, ...]
+    full_turn: float = RobotConfig().full_turn
 
     def vector(self) -> Vector:
         """Encode the state as the observation ``state``.
@@ -98,13 +102,15 @@ class State:
         return np.minimum(np.maximum(np.array(values, np.float32), -1.0), 1.0)
 
     @classmethod
-    def read(cls, vector: Sequence[float] | Vector) -> State:
+    def read(cls, vector: Sequence[float] | Vector, full_turn: float = RobotConfig().full_turn) -> State:
         """Decode the observation ``state``, the inverse of `vector`.
 
         Parameters
         ----------
         vector
             (7 + 5 N,) numbers in [-1, 1].
+        full_turn
+            That of the env's robot, as ``env.unwrapped.state`` has it.
 
         Returns
         -------
@@ -129,4 +135,5 @@ class State:
             wall * LENGTH,
             -math.atan2(sine, cosine),
             others,
+            full_turn,
         )

@@ -68,7 +68,7 @@ class World:
         gap, direction = gap_to_arena(here, self._sim.obstacles)
         return State(
             vx * cos + vy * sin, self.turn_rate, self.slip, self._drift, gap, -direction,
-            tuple(other for _, other in seen),
+            tuple(other for _, other in seen), self._sim.robots[OBSERVER].config.full_turn,
         )  # fmt: skip
 
     @property

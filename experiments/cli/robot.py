@@ -110,20 +110,21 @@ def decode(
     """Decode the serial line of the self-measuring program that colias firmware export writes.
 
     Writes log.csv, which colias import reads, and cycles.csv: the cycles of each frame, blank where the board
-    has no counter. A damaged line is skipped and counted. Exit status 1: frames are missing.
+    has no counter. A line that is damaged, or of another firmware, is skipped and counted. Exit status 1: frames are
+    missing.
     """
     from experiments.base.console import count, out_console, show_places
     from experiments.robot import logs
 
     options.check_new(out)
-    frames, board, damaged = logs.decode(serial.read_bytes())
+    frames, board, skipped = logs.decode(serial.read_bytes())
     out.mkdir(parents=True, exist_ok=True)
     logs.log_of(frames, board).write_csv(out / "log.csv")
     frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
     sent = product(range(board.get("trials", 0)), range(board.get("frames", 0)))
     missing = sorted({*sent} - {*frames.select("trial", "frame").iter_rows()})
     out_console.print(
-        f"{frames.height} frames; {count(damaged, 'damaged line')}, {count(len(missing), 'missing frame')}"
+        f"{frames.height} frames; {count(skipped, 'damaged or unknown line')}, {count(len(missing), 'missing frame')}"
     )
     if missing:
         out_console.print("run the program once more, append what it sends to this file, and decode it again")

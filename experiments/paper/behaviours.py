@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from colias_sim.config import RobotConfig
 from colias_sim.envs import State
 from colias_sim.envs.options import FPS
 from dsnn import MODELS, Response
@@ -21,8 +22,8 @@ from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR, PURSUI
 
 AHEAD = 0.3
 """Cruising speed of the wheels: 10.5 cm/s."""
-FULL_TURN = 2 * 0.35 / 0.032
-"""rad/s of a robot whose wheels run at full speed against each other: twice 35 cm/s over the track."""
+FULL_TURN = RobotConfig().full_turn
+"""That of the default robot, in rad/s."""
 
 
 def turn(right: float, ahead: float = 0.0) -> Wheels:
@@ -158,15 +159,15 @@ def random(rng: np.random.Generator) -> Callable[[object], Wheels]:
 class RandomWalk:
     """A correlated random walk: ahead, at turn rates that wander about 0 (sd 60 degrees/s, over half a second)."""
 
-    SD, MEMORY_FRAMES = math.radians(60.0) / FULL_TURN, 15.0
+    SD, MEMORY_FRAMES = math.radians(60.0), 15.0
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng, self._turn = rng, 0.0
 
-    def __call__(self, seen: object) -> Wheels:
+    def __call__(self, state: State) -> Wheels:
         """Return the wheels for the next frame."""
-        fade = math.exp(-1.0 / self.MEMORY_FRAMES)
-        self._turn = fade * self._turn + math.sqrt(1.0 - fade * fade) * self.SD * float(self._rng.standard_normal())
+        fade, sd = math.exp(-1.0 / self.MEMORY_FRAMES), self.SD / state.full_turn
+        self._turn = fade * self._turn + math.sqrt(1.0 - fade * fade) * sd * float(self._rng.standard_normal())
         return turn(self._turn, AHEAD)
 
 
@@ -234,7 +235,9 @@ _ENTRIES = (
     Behaviour("straight", "drives ahead", AVOIDANCE, lambda rng: lambda state: (AHEAD, AHEAD), senses="state"),
     Behaviour("random-walk", "a correlated random walk", AVOIDANCE, RandomWalk, senses="state"),
     Behaviour("oracle-heading", "privileged: cancels the true disturbance", OPTOMOTOR,
-              lambda rng: Oracle(lambda state: state.drift / FULL_TURN, lambda state: state.slip / FULL_TURN, 6.0),
+              # The integral of a slower robot is no stronger than that of the default one, as its commands may wait.
+              lambda rng: Oracle(lambda state: state.drift / state.full_turn,
+                                 lambda state: state.slip / max(state.full_turn, FULL_TURN), 6.0),
               senses="state"),
     Behaviour("oracle-target", "privileged: turns to the true bearing", FIXATION,
               lambda rng: Oracle(bearing, bearing, 1.5), senses="state"),

@@ -16,7 +16,7 @@ from experiments.store.recordings import Images
 Measured = tuple[dict[str, object], list[str]]
 """Parameters of the camera, as ``--set camera.NAME=VALUE`` takes them, and what is doubtful."""
 LEAST_SHARE = 0.03
-"""Share of the variance over time from which a scene was not still: it makes the noise 1.5 % too large."""
+"""Share of the variance over time from which a scene was not still."""
 
 
 def measure(folder: Path, fps: float, gain: float) -> Measured:
@@ -67,7 +67,7 @@ def measure(folder: Path, fps: float, gain: float) -> Measured:
 def _noise(films: Sequence[Images], gain: float) -> Measured:
     shot_noise, read_noise = calibrate.photon_transfer([calibrate.noise_levels(frames) for frames in films], gain)
     share = max(map(calibrate.unsteadiness, films))
-    doubt = f"greys drift or flicker, {share:.0%} of their variance: the noise is too large; take constant light"
+    doubt = f"greys drift or flicker, {share:.0%} of their variance: light is corrected, but not what moves"
     values = {"shot_noise": f"{shot_noise:.3f}", "read_noise": f"{read_noise:.3f}"}
     return {"gain": f"{gain:g}", **values}, [doubt] if share >= LEAST_SHARE else []
 

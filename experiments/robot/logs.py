@@ -7,6 +7,7 @@ has records: ``dsnn/native/firmware/record.h`` has their form, ``measure_main.c`
 from __future__ import annotations
 
 import binascii
+import codecs
 import dataclasses
 import hashlib
 import math
@@ -19,6 +20,7 @@ from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
 from colias_sim import bearing
@@ -39,6 +41,7 @@ from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, away_cm, res
 from experiments.store.recordings import Images
 from experiments.store.tables import COLUMN, OBSERVER
 
+Floats = npt.NDArray[np.float64]
 TIME, LINE = "time_s", "line"
 CHANNELS: Mapping[str, str] = {"hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes", "azimuth": ""}
 """Channel -> its column of spikes; the azimuth has none."""
@@ -52,6 +55,8 @@ SCHEMA = pl.Schema(
 """Columns of a log."""
 RANGES = {"hs": (-1, 1), "vs": (-1, 1), "azimuth": (-1, 1), "looming": (0, 1), "looming_spikes": (0, 1e6)}
 """Column -> its least and its largest value; of the others a million."""
+OTHER_TABLES = {b"PK\x03": "a workbook", b"\0": "no UTF-8", b";": "semicolons", b"\t": "tabs", b"|": "bars"}
+"""What the first line of another table than a log has -> its name."""
 ROBOT, SIMULATION = "robot", "simulation"
 """Values of ``origin``; blank is ``robot``. ``colias firmware log`` writes ``simulation``."""
 UNKNOWN = ("achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "closest_cm",
@@ -63,6 +68,8 @@ LOG_OF_SIMULATION = "log of a simulated run", "frames from the log of a simulate
 """The same of a log that ``colias firmware log`` wrote: nothing of it was measured."""
 RATE_TOLERANCE = 0.001
 """Share by which a log's frame rate may differ from the camera's setting and still be taken for it."""
+MOST_TICK = 0.95
+"""Longest tick of a log's clock, as a share of a frame's time, for which the camera's setting may explain the times."""
 PICTURES = (".pgm", ".png")
 
 
@@ -86,12 +93,7 @@ def read(path: Path, unnamed: str = "dsnn") -> pl.DataFrame:
     UsageError
         The line and what is wrong in it.
     """
-    try:
-        cells = pl.read_csv(
-            path, infer_schema=False, encoding="utf8-lossy", row_index_name=LINE, row_index_offset=2, glob=False
-        )
-    except pl.exceptions.PolarsError as error:
-        raise UsageError(f"{path}: {str(error).splitlines()[0]}") from None
+    cells = _cells(path)
     names = cells.columns[1:]
     for name in names:
         check_known(f"{path}, line 1: column", name, SCHEMA)
@@ -118,10 +120,41 @@ def read(path: Path, unnamed: str = "dsnn") -> pl.DataFrame:
         **{f"{name} must be there in each frame of {{model}} or in none":
             pl.col(name).is_null() != pl.col(channel).is_null().first().over("model")
            for channel, spikes in pairs for name in (channel, spikes) if name},
+        **{f"{channel} is {{{channel}:g}} and {spikes} {{{spikes}}}, the spikes must be {meaning}": broken
+           for channel, spikes in pairs if spikes for meaning, broken in _contradictions(channel, spikes).items()},
     }  # fmt: skip
     for reason, broken in rules.items():
         _refuse(path, table.filter(broken), reason)
     return table
+
+
+def _cells(path: Path) -> pl.DataFrame:
+    """Read the cells of a CSV as texts, with the number of their line; blank rows are dropped."""
+    data = path.read_bytes()
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        data = data.decode("utf-16", "replace").encode()
+    heading = data.lstrip().partition(b"\n")[0]
+    words = f"{path} must have commas between its cells, and decimal points: save it as a CSV with these, got"
+    if mark := next((name for mark, name in OTHER_TABLES.items() if mark in heading), ""):
+        raise UsageError(f"{words} {mark}")
+    try:
+        cells = pl.read_csv(data, infer_schema=False, encoding="utf8-lossy", row_index_name=LINE, row_index_offset=2)
+    except pl.exceptions.PolarsError as error:
+        raise UsageError(f"{words}: {str(error).splitlines()[0]}") from None
+    return cells.filter(pl.any_horizontal(pl.col(cells.columns[1:]).str.strip_chars().fill_null("") != ""))
+
+
+def _contradictions(channel: str, spikes: str) -> Mapping[str, pl.Expr]:
+    """Return what spikes must be -> where they contradict the potential, and so are something else."""
+    size, potential, trial = pl.col(spikes).abs(), pl.col(channel), ("trial", "model")
+    never_falls, most = (size.diff().fill_null(0) >= 0).all().over(trial), size.max().over(trial)
+    excess = potential.abs() - potential.abs().min().over(trial)
+    of_fewer = pl.when(size < most).then(excess).max().over(trial)
+    return {
+        "signed as the potential is (255 of a byte is -1)": potential.sign() * pl.col(spikes) < 0,
+        # Sums so far are largest at the end of a trial, when the potential is at rest again.
+        "those of one frame, not the sum so far": never_falls & (size == most) & (most > 1) & (excess < of_fewer / 2),
+    }
 
 
 def _refuse(path: Path, wrong: pl.DataFrame, reason: str) -> None:
@@ -202,9 +235,8 @@ class LogTrial(Trial):
     @property
     def fps(self) -> float:
         """Frame rate, 1/s: that of the camera where the times go by it, else what they tell."""
-        times, nominal = self.shown[TIME], self.camera.fps
-        rate = 1.0 / float(np.median(np.diff(times))) if len(times) > 1 else nominal
-        return nominal if abs(rate / nominal - 1.0) <= RATE_TOLERANCE else rate
+        rate, _ = rate_and_steps(self.shown[TIME].to_numpy(), self.camera.fps)
+        return self.camera.fps if abs(rate / self.camera.fps - 1.0) <= RATE_TOLERANCE else rate
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -260,6 +292,44 @@ class LogTrial(Trial):
         return {**measured, **dict.fromkeys(lost & measured.keys()), COLUMN: self.origins[model.label]}
 
 
+def rate_and_steps(time_s: Floats, nominal: float) -> tuple[float, Floats]:
+    """Find the rate of a camera by the times of its frames, and how many frames it went from each time to the next.
+
+    A clock that ticks rounds the times, so single differences tell no rate: only the whole stretch does. Where the
+    ticks are nearly as long as a frame, several rates explain the times. Then the rate with the fewest lost frames
+    counts, and the nominal one before others.
+
+    Parameters
+    ----------
+    time_s
+        Times in s that grow, (T,).
+    nominal
+        The rate that the camera should have, 1/s.
+
+    Returns
+    -------
+    rate : float
+        Frames per second.
+    steps : ndarray
+        (T - 1,) whole numbers: 1, or more where frames are lost. After a time that came late the next is 0.
+    """
+    waits = np.diff(time_s)
+    if not waits.size:
+        return nominal, waits
+    period = waits[waits < 1.8 * np.median(waits)].mean()  # without waits for lost frames
+    for _ in range(3):
+        steps = np.rint(waits / period)
+        period = waits.sum() / steps.sum()
+    # Frames at the nominal rate have phases in its period that spread by less than a tick.
+    tick = nominal * float(np.gcd.reduce(np.rint(1e6 * waits).astype(np.int64))) / 1e6
+    phases = np.sort(time_s * nominal % 1.0)
+    free = np.diff(phases, append=phases[0] + 1.0)
+    spread, first = 1.0 - free.max(), phases[(free.argmax() + 1) % len(phases)]
+    of_nominal = np.diff(np.rint(time_s * nominal - first - spread / 2))
+    explained = spread < tick - 1e-6 and tick < MOST_TICK and of_nominal.sum() <= steps.sum()
+    return (nominal, of_nominal) if explained else (float(1.0 / period), steps)
+
+
 def trial_folder(folder: Path, trial: int) -> Path:
     """Return the folder of a trial's frames."""
     return folder / f"trial-{trial:04d}"
@@ -306,8 +376,8 @@ LEAST_FPS = 0.5
 def lacking(trial: LogTrial) -> tuple[int, str]:
     """Return how many frames a log lacks inside a trial, by their times, and a note about them; empty of none."""
     times = trial.shown[TIME].to_numpy()
-    lost = np.rint(np.diff(times) * trial.fps).astype(int) - 1  # -1 where a late time stamp is made up for
-    if (number := int(lost.sum())) <= 0:
+    lost = rate_and_steps(times, trial.camera.fps)[1] - 1  # -1 where a late time stamp is made up for
+    if (number := round(float(lost.sum()))) <= 0:
         return 0, ""
     return number, (f"trial {trial.index} lacks {count(number, 'frame')} at {trial.fps:.3g} frames/s, the first after"
                     f" {times[(lost > 0).argmax()]:.2f} s: spikes of these frames are not counted")  # fmt: skip
@@ -317,8 +387,11 @@ NONE = "-"
 """What stands where a board cannot tell."""
 BOARD = ("version", "board", "columns", "rows", "trials", "frames", "frame_us", "clock_hz", "flash_waits", "counter")
 FRAME = ("trial", "frame", "hs", "vs", "hs_spikes", "vs_spikes", "cycles")
-FIELDS = {"board": BOARD, "frame": FRAME, "stack": ("bytes",), "end": ()}
+FIELDS = {"board": BOARD, "frame": FRAME, "stack": ("bytes",), "end": ("sent",)}
 """Record -> its fields."""
+KINDS = {**dict.fromkeys(("board", "counter"), str), **dict.fromkeys(("clock_hz", "flash_waits", "cycles"), int | None)}
+"""Field -> what it is; the others are whole numbers."""
+_WHOLE = re.compile(r"-?\d{1,10}")
 _SERIAL = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})\r?")
 
 
@@ -328,7 +401,7 @@ def crc(content: bytes) -> int:
 
 
 def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
-    """Decode a capture of the serial line. A line that is damaged is skipped.
+    """Decode a capture of the serial line. A line that is damaged, or of another firmware, is skipped.
 
     Parameters
     ----------
@@ -343,25 +416,25 @@ def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
     dict
         Fields of the records ``board`` and ``stack``; empty where these are lost.
     int
-        Number of damaged lines.
+        Number of lines that were skipped.
     """
-    frames, board, damaged = [], dict[str, Any](), 0
+    frames, board, skipped = [], dict[str, Any](), 0
     for line in filter(bytes.strip, data.split(b"\n")):
         match = _SERIAL.fullmatch(line)
-        if match is None or int(match[2], 16) != crc(match[1]):
-            damaged += 1
-            continue
-        kind, *texts = match[1].decode().split(",")
-        values = [None if text == NONE else int(text) if text.lstrip("-").isdigit() else text for text in texts]
-        record = dict(zip(FIELDS[kind], values, strict=False))
-        if kind == "frame":
+        kind, *texts = match[1].decode().split(",") if match else [""]
+        values = [None if text == NONE else int(text) if _WHOLE.fullmatch(text) else text for text in texts]
+        record = dict(zip(names := FIELDS.get(kind, ()), values, strict=False))
+        ours = 0 < len(names) == len(values) and all(isinstance(record[name], KINDS.get(name, int)) for name in names)
+        if match is None or int(match[2], 16) != crc(match[1]) or not ours:
+            skipped += 1
+        elif kind == "frame":
             frames.append(record)
-        else:
+        elif kind != "end":
             if kind == "board" and any(board.get(name, value) != value for name, value in record.items()):
                 frames, board = [], {}  # another program was flashed meanwhile
             board |= record
     table = pl.DataFrame(frames, dict.fromkeys(FRAME, pl.Int64))
-    return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, damaged
+    return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, skipped
 
 
 def log_of(frames: pl.DataFrame, board: Mapping[str, Any]) -> pl.DataFrame:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import polars as pl
 
 import colias_sim  # noqa: F401  (registers the envs)
-from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.config import SceneConfig
 from colias_sim.envs import ENVS, NEURAL, State
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import FPS
@@ -128,7 +128,7 @@ class Episode:
     def __init__(self, env: ColiasEnv[Any], name: str, seed: int | None, *, images: bool = False) -> None:
         assert env.spec is not None
         self._env, self.name, self.seed, self.env_id = env, name, seed, env.spec.id
-        self.obstacles = env.obstacles
+        self.obstacles, self.camera, self.robot = env.obstacles, env.options.camera, env.options.robot
         self._images = images and env.options.observation != "state"
         self.touched: bool | None = None
         self.poses: dict[str, list[Place]] = {robot: [] for robot in env.poses}
@@ -204,9 +204,10 @@ def play(
     with closing(gym.make(env, max_episode_steps=steps or ENVS[env].max_episode_steps, **options)) as wrapped:
         inner: Any = wrapped.unwrapped
         observation, _ = wrapped.reset(seed=seed)
+        full_turn = inner.options.robot.full_turn
         episode, over = Episode(inner, behaviour.name, seed, images=images), False
         while not over:
-            seen = response(observation, inner.model.channels) if neural else State.read(observation)
+            seen = response(observation, inner.model.channels) if neural else State.read(observation, full_turn)
             observation, reward, touched, truncated, info = wrapped.step(wheels(policy, seen))
             episode.add(float(reward), info)
             episode.touched, over = touched, touched or truncated
@@ -228,17 +229,15 @@ def record(episode: Episode, title: str = "") -> bytes:
         "ended by": {True: "touched something", False: "time", None: "left"}[episode.touched],
         "return": float(np.array(episode.rewards).sum()),
     }  # fmt: skip
-    headings: list[tuple[str, tuple[str, ...], str]] = [(WHEELS, ("left", "right"), "wheels, shares of 35 cm/s")]
+    of_top = f"wheels, shares of {episode.robot.max_speed_cm_s:g} cm/s"
+    headings: list[tuple[str, tuple[str, ...], str]] = [(WHEELS, ("left", "right"), of_top)]
     plots = {WHEELS: np.array(episode.wheels)}
     if terms := [name for name in episode.infos if name.startswith("reward_")]:
         headings.append(("reward", tuple(term.removeprefix("reward_") for term in terms), "terms of the reward"))
         plots["reward"] = np.column_stack([episode.infos[term] for term in terms])
     model = episode.model if episode.responses else None
     responses = {model.label: ResponseSeries.from_responses(episode.responses)} if model else {}
-    camera = None
-    if episode.images:
-        height, width = episode.images[0].shape
-        camera = CameraConfig(width=width, height=height)
+    camera = episode.camera if episode.images else None
     content = rerun.Content(
         models=(model,) if model else (), eyes=("",) if camera else (), camera=camera, scene=SceneConfig(),
         robots=tuple((robot, _variant(robot)) for robot in episode.poses), above=True, plots=tuple(headings),

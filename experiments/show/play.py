@@ -168,10 +168,10 @@ class ModelRunner:
         self._shape, self._keep, self._frames = shape, keep, 0
         self._channels = chosen.channels
         model = self._guarded(lambda: chosen.build(shape))
-        if not self.trouble and not callable(getattr(model, "step", None)):
-            self.trouble = f"TypeError: build returned a {type(model).__name__} without step(frame)"
+        if not self.trouble and not self._guarded(lambda: callable(getattr(model, "step", None))):
+            self.trouble = self.trouble or f"TypeError: build returned a {type(model).__name__} without step(frame)"
         self._model: Any = model
-        self._has_maps = not self.trouble and _takes_maps(self._model.step)
+        self._has_maps = not self.trouble and self._guarded(lambda: _takes_maps(model.step))
 
     @property
     def section(self) -> str:
@@ -240,8 +240,8 @@ class ModelRunner:
             return None
         self._frames += 1
         if self._keep:
-            if response.maps is not None:
-                self.pictures.append(response.maps.pictures())
+            if (maps := response.maps) is not None:
+                self.pictures.append(self._guarded(maps.pictures))
                 response = replace(response, maps=None)
             self.responses.append(response)
         return response

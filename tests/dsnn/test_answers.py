@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import gymnasium as gym
 import numpy as np
 import polars as pl
@@ -9,6 +11,8 @@ import pytest
 
 import colias_sim  # noqa: F401  (registers the envs)
 from dsnn import Response, ResponseError, checked_response
+from experiments.settings.settings import watchers
+from experiments.show.play import Sample, Showing, troubles
 from tests.helpers import footage
 from tests.helpers.answering import write_model
 
@@ -65,7 +69,8 @@ def test_an_env_takes_a_model_as_the_command_line_does_and_a_factory_counts_whol
 @pytest.mark.parametrize(
     ("answer", "problem"),
     [(lambda frame: Response(hs=float("nan")), "must"), (lambda frame: Response(looming_spikes=0.5), "must"),
-     (lambda frame: None, "must"), (lambda frame: Response(azimuth=float("inf")), "must"),
+     (lambda frame: Response(hs=np.float16("inf")), "must"), (lambda frame: None, "must"),
+     (lambda frame: Response(azimuth=float("inf")), "must"),
      (lambda frame: frame.fill(0), "read-only")],
 )  # fmt: skip
 def test_an_env_refuses_an_answer_that_is_none_and_a_model_that_writes_into_its_frame(answer, problem):
@@ -78,6 +83,31 @@ def test_an_env_refuses_an_answer_that_is_none_and_a_model_that_writes_into_its_
     env.close()
 
 
+CASE = Path(__file__).parents[1] / "data" / "cases" / "half.py"
+FAULTS = {
+    "overflows in half precision": CASE.read_text(),
+    "has no step to read": "class Half(Half):\n    step = property(lambda self: 1 / 0)\n",
+    "hides the parameters of its step": "class Step:\n    __signature__ = property(lambda self: 1 / 0)\n"
+    "    __call__ = Half.step\nHalf.step = Step()\n",
+    "has maps that no picture shows": "from dsnn import LayerMaps\nclass Half(Half):\n"
+    "    def step(self, frame, maps=False):\n"
+    "        return Response(maps=LayerMaps(*[np.ones(frame.shape, np.longdouble)] * 4))\n",
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_model_that_fails_costs_its_own_rows_alone(tmp_path, fault):
+    path, last = tmp_path / "half.py", 'MODEL = ModelEntry("half"'
+    before, after = CASE.read_text().split(last)
+    path.write_text(before + FAULTS[fault].partition(last)[0] + last + after)
+    frames = [Sample(i / 30, np.full((20, 30), 10 * i, np.uint8), {"time": i}) for i in range(12)]
+    showing = Showing(type("Source", (), {"shape": (20, 30), "__iter__": lambda self: iter(frames)})(),
+                      watchers([str(path), "dsnn"], ())[0])  # fmt: skip
+    showing.runners[0].maps = True
+    assert len(list(showing)) == 12
+    assert [model.label for model, _ in showing.series()] == ["dsnn"] and list(troubles([showing])) == ["half"]
+
+
 def test_numbers_of_every_kind_are_taken_and_nothing_else():
     for value in (0.25, np.float32(0.25), np.array(0.25)):
         hs = checked_response(Response(hs=value)).hs
@@ -85,7 +115,8 @@ def test_numbers_of_every_kind_are_taken_and_nothing_else():
     for value in (2, np.int8(2), 2.0):
         count = checked_response(Response(hs_spikes=value)).hs_spikes
         assert type(count) is int and count == 2
-    wrong = (None, "1", 1j, np.zeros(1), np.ma.masked, 1e308, 2**70, float("nan"), float("inf"))
+    half = np.float16("inf"), np.array(np.float16("-inf")), np.float16("nan"), np.longdouble("inf"), np.float32(1.1e9)
+    wrong = (None, "1", 1j, np.zeros(1), np.ma.masked, 1e308, 2**70, float("nan"), float("inf"), *half)
     for values in (*({"hs": v} for v in wrong), *({"vs_spikes": v} for v in (*wrong, 0.5)), {"looming_spikes": -1}):
         with pytest.raises(ResponseError):
             checked_response(Response(**values))

@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-import colias_sim  # noqa: F401
+from colias_sim import CameraConfig
 from tests.truth.files import picture
 
 FOCAL_PX, FPS, TOP_CM_S, HALF_VIEW_DEG = 49.5 / math.tan(math.radians(35)), 30.0, 35.0, 35.0
@@ -64,6 +64,20 @@ def ahead_cm(before, after):
         heading += math.pi
     dx, dy = after["x_cm"] - before["x_cm"], after["y_cm"] - before["y_cm"]
     return dx * math.cos(heading) + dy * math.sin(heading)
+
+
+@pytest.mark.parametrize(("hfov_deg", "off_deg", "seen"), [
+    (70, 34, True), (70, 36, False), (120, 59, True), (120, 61, False), (40, 19, True), (40, 21, False),
+])  # fmt: skip
+def test_a_target_is_in_the_view_of_the_envs_own_camera(hfov_deg, off_deg, seen):
+    env = gym.make("colias_sim/Fixation-v0", observation="state", camera={"hfov_deg": hfov_deg}).unwrapped
+    lens_cm, turn = CameraConfig().forward_cm, math.radians(-off_deg)
+    target = lens_cm + 15 * math.cos(turn), 15 * math.sin(turn), 0.0
+    info = env.reset(seed=0, options={"poses": {"observer": (0.0, 0.0, 0.0), "target": target}})[1]
+    moved = env.step([0.0, 0.0])[-1]
+    env.close()
+    assert info["bearing_deg"] == pytest.approx(off_deg, abs=0.3) and info["in_view"] is seen
+    assert moved["reward_centre"] == pytest.approx(1 - abs(moved["bearing_deg"]) / (hfov_deg / 2))
 
 
 @pytest.mark.parametrize("name", TERMS)

@@ -122,6 +122,19 @@ def test_a_push_turns_a_robot_that_does_nothing_as_it_says(rate):
             assert info["slip_deg_s"] == info["turn_deg_s"], "the wall stands"
 
 
+@pytest.mark.parametrize("robot", [{"motor_gain": 1e-4}, {"motor_gain": 4e-4}, {"wheel_radius_cm": 1.2},
+                                   {"track_cm": 2.6}, {"mass_g": 40.0}])  # fmt: skip
+def test_a_push_turns_any_robot_as_it_says(robot):
+    """Its servos, wheels, track and mass are its own; a gain that an episode draws counts too."""
+    env = drum(90.0, disturbance="push", observation="state", robot=robot)
+    for options in ({}, {"motor_gain": 1.2}):
+        env.reset(seed=0, options=options)
+        for _ in range(12):
+            env.step([0.0, 0.0])
+        *_, info = env.step([0.0, 0.0])
+        assert info["turn_deg_s"] == pytest.approx(info["drift_deg_s"], rel=0.1)
+
+
 # The others.
 
 

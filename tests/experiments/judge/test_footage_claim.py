@@ -4,8 +4,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from experiments.judge.motion import LEAST_FRAMES, LEAST_SECONDS, LEVEL, grades, mean_flow
+from experiments.judge.motion import LEAST_FRAMES, LEAST_SECONDS, LEVEL, grades
 from experiments.paper.claims.footage import c12, stronger
+from experiments.show.flow import mean_flow
 from tests.helpers.footage import street
 
 T_SP, RATE, SECONDS = 0.16, 30.0, 40

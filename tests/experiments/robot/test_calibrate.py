@@ -13,7 +13,15 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
-from colias_sim.calibrate import control_zone, exposure_loop, fixed_pattern, row_time_us, unsteadiness
+from colias_sim.calibrate import (
+    control_zone,
+    exposure_loop,
+    fixed_pattern,
+    noise_levels,
+    photon_transfer,
+    row_time_us,
+    unsteadiness,
+)
 from colias_sim.scene import timestep
 from experiments.cli import main
 from experiments.robot.calibrate import leaning
@@ -119,6 +127,50 @@ def test_unsteadiness_is_the_share_of_the_variance():
     noise = 4.0 + 16.0 * float(scene.mean()) / 255 + 1 / 12
     assert unsteadiness(grey(60, drift=0.1)) == pytest.approx(added / (added + noise), rel=0.05)
     assert unsteadiness(grey(60)) == 0.0 and unsteadiness(still(NOISY, 20)) == 0.0
+
+
+BLINKS = (10, 20, (0, 255)), (30, 50, (20, 240))
+SCENES = {
+    "a ramp": np.linspace(40, 215, 40 * 60).reshape(40, 60),
+    "black and white": np.where(np.random.default_rng(2).random((40, 60)) < 0.6, 20.0, 200.0),
+    "low contrast": np.linspace(100, 125, 40 * 60).reshape(40, 60),
+}
+
+
+def lit(scene: np.ndarray, flicker: float = 0.0, row_us: float = 0.0) -> np.ndarray:
+    """Frames, (200, R, C), at 30 a second under lamps on 50 Hz, by the data sheet's noise and a rolling shutter."""
+    rng = np.random.default_rng(1)
+    time_s = np.arange(200)[:, None] / 30 + 1e-6 * row_us * np.arange(len(scene))
+    light = (1.0 + flicker * np.sin(2 * math.pi * 100 * time_s))[:, :, None] * scene
+    noise = rng.normal(size=light.shape) * np.sqrt(0.64**2 + 1.28**2 * light / 255)
+    return np.clip(np.rint(light + noise), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_neither_lamps_nor_bad_pixels_are_taken_for_noise(scene):
+    """Lamps flicker by 5 % at 100 Hz: as a whole, as stripes of rows, and as columns of a camera on its side."""
+    steady = lit(SCENES[scene])
+    expected = photon_transfer([noise_levels(steady)])
+    if scene != "low contrast":
+        assert expected == pytest.approx((1.28, 0.64), rel=0.05)
+    assert unsteadiness(steady) == 0.0
+    stripes = lit(SCENES[scene], 0.05, 418.0)
+    for frames in (lit(SCENES[scene], 0.05), stripes, stripes.transpose(0, 2, 1)):
+        assert photon_transfer([noise_levels(frames)]) == pytest.approx(expected, rel=0.05)
+        assert unsteadiness(frames) > 0.3, "and it is told"
+    for frames in (steady, stripes):
+        for row, column, greys in BLINKS:
+            frames[:, row, column] = np.random.default_rng(3).choice(greys, len(frames))
+        frames[:, 20, 20] = 240  # stuck
+        assert photon_transfer([noise_levels(frames)]) == pytest.approx(expected, rel=0.05)
+        assert (unsteadiness(frames) > 0.3) is (frames is stripes)
+
+
+def test_a_pixel_that_blinks_hides_no_edge():
+    """Of a grey object, whose contrast is less than the pixel's."""
+    frames = (80 + 0.3 * crossing(ROLLING)).astype(np.uint8)
+    frames[:, 20, 50] = [255, 0, 255, 0, 255]
+    assert row_time_us(*zip(*leaning(frames, ROLLING.fps), strict=True)) == pytest.approx(ROLLING.row_time_us, rel=0.05)
 
 
 def test_the_command_names_what_is_doubtful_and_gives_no_uncertain_setting(tmp_path, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -12,8 +13,10 @@ import pytest
 import experiments
 from experiments.base.errors import UsageError
 from experiments.cli import main
-from experiments.robot.logs import POSES, UNKNOWN, pictures_in
+from experiments.robot.logs import POSES, UNKNOWN, pictures_in, rate_and_steps, read
 from tests.helpers.recordings import columns
+
+CASES = Path(__file__).parents[2] / "data" / "cases"
 
 SPEEDS = "--set", "experiment.speeds_cm_s=20,30"
 FRAMES = 30
@@ -156,6 +159,61 @@ def test_rows_that_were_removed_are_noticed(tmp_path):
         log.write_csv(tmp_path / f"{name}.csv")
         run = imported(tmp_path / f"{name}.csv", tmp_path / name)
         assert run.description["measured"]["lacking_frames"] == number
+
+
+@pytest.mark.parametrize("rate", [25.0, 30.0, 60.0])
+@pytest.mark.parametrize("tick", [1e-6, 0.001, 0.005, 0.01, 0.015625, 0.02, 0.025])
+def test_no_tick_of_a_clock_moves_a_rate_or_hides_a_lost_frame(rate, tick):
+    """The camera's rate is known; of another rate up to half a frame's time."""
+    if tick * rate > 0.95:
+        return
+    rng = np.random.default_rng(0)
+    for lost in (0, 1, 5):
+        kept = np.delete(np.arange(150), rng.permutation(np.arange(1, 149))[:lost])
+        times = np.floor((kept + 0.3) / rate / tick) * tick
+        for nominal in (rate, 40.0) if tick * rate < 0.5 else (rate,):
+            measured, steps = rate_and_steps(times, nominal)
+            assert measured == pytest.approx(rate, rel=0.01) and steps.sum() - len(steps) == lost
+
+
+def test_a_log_by_a_clock_of_10_ms_has_the_rates_of_the_exact_one(tmp_path):
+    exact, ticks = (imported(CASES / f"{name}.csv", tmp_path / name).trials for name in ("exact", "tick-10ms"))
+    assert ticks["spikes"].equals(exact["spikes"])
+    for name in ("firing_rate_hz", "seconds_in_view", "rate_in_view_hz"):
+        np.testing.assert_allclose(ticks[name], exact[name], rtol=0.01)
+
+
+def test_spikes_that_are_no_signed_counts_of_frames_are_refused(tmp_path):
+    """Of a byte, without sign, and summed up, signed or not; the log itself is read."""
+    left, spikes = pl.read_csv(CASES / "left.csv"), pl.col("hs_spikes")
+    assert read(CASES / "left.csv")["hs_spikes"].abs().sum() == 38
+    with pytest.raises(UsageError, match=r"u8\.csv, line 15: .*-0\.22775 .*255"):
+        read(CASES / "u8.csv")
+    right = left.with_columns(-pl.col("hs", "hs_spikes"))
+    for log in (left.with_columns(spikes.abs()), *(one.with_columns(spikes.cum_sum()) for one in (left, right)),
+                *(one.with_columns(spikes.cum_sum().over("trial")) for one in (left, right))):  # fmt: skip
+        log.write_csv(tmp_path / "log.csv")
+        with pytest.raises(UsageError, match=r"log\.csv, line \d+: .*hs_spikes"):
+            read(tmp_path / "log.csv")
+
+
+def test_tables_of_other_programs_are_read_or_named(tmp_path):
+    """UTF-16 and blank rows are read; a sentence names another mark between cells, a workbook and decimal commas."""
+    text, path = (CASES / "left.csv").read_text(), tmp_path / "log.csv"
+    first, *rows = text.splitlines()
+    blank = "\r\n".join([first, *rows[:5], "", ",,,,", " , ,,,", *rows[5:], "", ""])
+    for data in (text.encode("utf-16"), b"\xfe\xff" + text.encode("utf-16-be"), blank.encode()):
+        path.write_bytes(data)
+        assert read(path).drop("line").equals(read(CASES / "left.csv").drop("line"))
+    path.write_bytes(blank.replace(rows[20], "0,20,x,0,0").encode())
+    with pytest.raises(UsageError, match="line 25: time_s"):
+        read(path)
+    others = [text.replace(",", mark) for mark in ";\t|"]
+    wrong = [(CASES / "semicolon.csv").read_bytes(), b"PK\x03\x04\x14", b"sep=,\n1,2,3", others[1].encode("utf-16")]
+    for data in (*wrong, *map(str.encode, others)):
+        path.write_bytes(data)
+        with pytest.raises(UsageError, match=r"log\.csv must have commas .* decimal points: save it as"):
+            read(path)
 
 
 def test_time_in_view_goes_by_the_log_s_own_times(simulated, tmp_path):

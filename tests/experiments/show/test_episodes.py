@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import colias_sim  # noqa: F401  (registers the envs)
+from colias_sim.config import RobotConfig
+from colias_sim.envs import State
 from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
@@ -45,6 +47,16 @@ def test_an_oracle_knows_the_truth_under_the_robots_own_wheels_too(name, env, co
 
 
 # --- what a reflex sees and does --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("robot", [{"max_speed_cm_s": 15.3}, {"max_speed_cm_s": 70.0}, {"track_cm": 2.4}])
+def test_the_heading_oracle_turns_by_the_robots_own_wheels(robot):
+    """Its first command turns the robot as fast as the drum, and so it slips no more than the default robot."""
+    config, oracle = RobotConfig(**robot), BEHAVIOURS["oracle-heading"]
+    left, right = oracle.make(np.random.default_rng(0))(State(0.0, 0.0, 0.0, 1.5, 0.4, 0.0, (), config.full_turn))
+    assert (left - right) * config.max_speed_cm_s / config.track_cm == pytest.approx(1.5)
+    own, usual = (play(oracle, OPTOMOTOR, {"robot": it}, 3001, 90).row()["rms_slip_deg_s"] for it in (robot, "default"))
+    assert own <= 1.02 * usual
 
 
 def test_observations_are_responses():
