@@ -56,7 +56,7 @@ def test_counts_of_a_model_that_does_not_spike_are_null():
     assert all(row[name] is None for row in by_model["emd"] for name in COUNTS)
     assert all(row["spikes"] == row["hs_spikes"] > 0 and row["vs_spikes"] is not None for row in by_model["dsnn"])
     assert all(row["spikes"] == row["looming_spikes"] and row["hs_spikes"] is None for row in by_model["lgmd1"])
-    assert MEASURES["spikes"](by_model["emd"]) == {"value": None, "n": len(by_model["emd"])}
+    assert MEASURES["spikes"].of(by_model["emd"]) == {"value": None, "n": len(by_model["emd"])}
     summary = {*pl.read_csv("out/summary.csv").select("model", "quantity").rows()}
     assert ("emd", "peak_hs") in summary and not {("emd", name) for name in COUNTS} & summary
     assert pl.read_csv("out/comparisons.csv").select("model", "against").rows() == [("dsnn", "lgmd1")]
