@@ -6,6 +6,7 @@ import polars as pl
 
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.judge.scores import verdicts
+from experiments.kinds.registry import claims_on
 from experiments.show.episodes import EPISODES
 
 
@@ -32,12 +33,12 @@ def gaze(**values):
 
 def outcomes(played):
     """Outcomes of the claims by id, of tables of one behaviour each."""
-    found = {}
+    found, claims = {}, claims_on("behaviours").values()
     for env in (AVOIDANCE, OPTOMOTOR, FIXATION):
         tables = [table for table in played if table["env"][0] == env]
         if tables:
             names = [table["model"][0] for table in tables]
-            found |= {verdict.id: verdict.outcome for verdict in verdicts(env, names, pl.concat(tables))}
+            found |= {verdict.id: verdict.outcome for verdict in verdicts(claims, env, names, pl.concat(tables))}
     return found
 
 

@@ -61,7 +61,7 @@ def robot_frames(rows: Sequence[Any]) -> pl.DataFrame:
     return pl.concat(
         pl.DataFrame({"trial": [row["trial"]] * FRAMES, "model": [row["model"]] * FRAMES,
                       "hs": line * (row["model"] != "lgmd1"), "looming": line * (row["model"] == "lgmd1"),
-                      "sim_time_s": np.arange(FRAMES) / 30.0, "stimulus_bearing_deg": bearings(row["trial"])})
+                      "time_s": np.arange(FRAMES) / 30.0, "stimulus_bearing_deg": bearings(row["trial"])})
         for row in rows for line in [potential(row["model"], row["trial"], bearings(row["trial"]))]
     )  # fmt: skip
 

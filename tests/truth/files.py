@@ -91,7 +91,7 @@ class Trial:
 def trials(folder: Path) -> list[Trial]:
     """Read a run of one model whose trials are all recorded."""
     frames = pl.read_parquet(folder / "frames.parquet")
-    names = ("frame", "sim_time_s", "hs", "vs", "hs_spikes", "vs_spikes", "stimulus_bearing_deg", "stimulus_x_cm",
+    names = ("frame", "time_s", "hs", "vs", "hs_spikes", "vs_spikes", "stimulus_bearing_deg", "stimulus_x_cm",
              "stimulus_y_cm")  # fmt: skip
     found = []
     for row in pl.read_parquet(folder / "trials.parquet").to_dicts():

@@ -128,7 +128,7 @@ def test_time_is_frames_by_the_frame_rate(played):
         assert len(trial.recording.images) == len(trial.frames["frame"]) == count
         assert np.array_equal(trial.frames["frame"], np.arange(count))
         np.testing.assert_allclose(trial.recording.time_s, (np.arange(count) + 1) / FPS, atol=1e-6)
-        np.testing.assert_allclose(trial.frames["sim_time_s"], trial.recording.time_s, atol=1e-6)
+        np.testing.assert_allclose(trial.frames["time_s"], trial.recording.time_s, atol=1e-6)
 
 
 def test_the_achieved_speed_is_that_of_the_poses(played):

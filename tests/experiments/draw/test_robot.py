@@ -167,7 +167,7 @@ def test_potentials_are_means_of_the_frames_at_the_table_s_bearings_and_bands_th
         assert labels == (ends if model == MODELS[0] else {})
 
 
-POSE, TIME, NO_HS = "stimulus_bearing_deg", "sim_time_s", ("peak_hs", "trough_hs", "mean_hs_near_axis", "hs")
+POSE, TIME, NO_HS = "stimulus_bearing_deg", "time_s", ("peak_hs", "trough_hs", "mean_hs_near_axis", "hs")
 
 
 @pytest.mark.parametrize(
@@ -193,7 +193,7 @@ def test_excitation_is_drawn_as_in_its_table_with_the_interval_of_its_mean(angle
     rise = np.hanning(12)
     curves = {name: (1.0 - 0.1 * place) * rise for place, name in enumerate(CURVES)}
     curves |= {f"{name}_sd": 0.1 * rise for name in CURVES}
-    frames = pl.DataFrame({"sim_time_s": np.arange(12) / 30, **curves, "firing": np.arange(12) % 4, "firing_w_i_1": 3})
+    frames = pl.DataFrame({"time_s": np.arange(12) / 30, **curves, "firing": np.arange(12) % 4, "firing_w_i_1": 3})
     table = pl.DataFrame(rows, infer_schema_length=None).select(MOTION).unique(maintain_order=True)
     table = table.join(frames, how="cross").with_columns(pl.col(*curves) * (4.0 + pl.col("angle_deg") / 10))
     figure = drawn_robot("excitation", rows, "angle_deg", table.with_columns(n=3, w_i=0.7))
@@ -205,7 +205,7 @@ def test_excitation_is_drawn_as_in_its_table_with_the_interval_of_its_mean(angle
         for panel, columns in zip(panels, names, strict=False):
             for line, band, name in zip(panel.lines, panel.collections, columns, strict=False):
                 mean, error = of[name].to_numpy(), of[f"{name}_sd"].to_numpy() / math.sqrt(3)
-                np.testing.assert_allclose(line.get_xydata(), np.column_stack([of["sim_time_s"], mean]))
+                np.testing.assert_allclose(line.get_xydata(), np.column_stack([of["time_s"], mean]))
                 low, high = stats.t.interval(0.95, 2, mean, error + 1e-15)
                 limits = band.get_datalim(panel.transData)
                 assert (limits.y0, limits.y1) == pytest.approx((low.min(), high.max()), abs=1e-9)

@@ -48,7 +48,7 @@ def test_a_trial_is_read_back_as_it_was(trial):
     ):
         np.testing.assert_array_equal(reel.values["dsnn"][name][1], values)
     assert reel.levels == {"dsnn": pytest.approx([-0.2, 0.2])}
-    np.testing.assert_allclose(reel.time_s, columns.sim_time_s, atol=1e-8)
+    np.testing.assert_allclose(reel.time_s, columns.time_s, atol=1e-8)
     poses = np.vstack([columns.stimulus_x_cm, columns.stimulus_y_cm, np.radians(columns.stimulus_heading_deg)])
     np.testing.assert_allclose(reel.tracks["stimulus"][1:], poses, atol=1e-5)
     np.testing.assert_array_equal([picture for _, picture in pictures_of(reel.path, SEEN)], result.media.images[""])

@@ -6,13 +6,17 @@ import pytest
 
 from experiments.declare.claim import DSNN
 from experiments.ensembles import MODELS
-from experiments.judge.judge import flaws
-from experiments.judge.judge import judge as outcome
+from experiments.judge.judge import flaws, judge
 from experiments.kinds.registry import claims_on
 
 CLAIMS = claims_on("robot")
 
 T = 0.2
+
+
+def outcome(claim, trials, threshold, all_rows=None):
+    """What a claim of the registry about the robot comes to."""
+    return judge(CLAIMS[claim], trials, threshold, all_rows)
 
 
 def rows(spikes_by, column, direction="rightward", achieved=1.0, **fixed):

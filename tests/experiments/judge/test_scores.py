@@ -18,9 +18,12 @@ from experiments.judge.scores import (
     summary,
     verdicts,
 )
+from experiments.kinds.registry import claims_on
 from experiments.paper.claims.behaviours import LGMD_EPISODES
 from experiments.paper.scale import FULL, QUICK, USUAL
 from tests.helpers.episodes import STILL, gaze, judged, outcomes, rows
+
+CLAIMS = claims_on("behaviours").values()
 
 # --- scores -----------------------------------------------------------------------------------------------------------
 
@@ -115,8 +118,8 @@ def test_both_sides_of_a_comparison_need_twenty_seeds():
 
 def test_a_claim_is_judged_where_its_behaviours_were_to_play():
     hybrid = rows(1, 19, name="hybrid")
-    assert not verdicts(AVOIDANCE, ["hybrid"], hybrid)
-    (lost,) = verdicts(AVOIDANCE, ["hybrid", "straight"], hybrid)  # whose episodes failed
+    assert not verdicts(CLAIMS, AVOIDANCE, ["hybrid"], hybrid)
+    (lost,) = verdicts(CLAIMS, AVOIDANCE, ["hybrid", "straight"], hybrid)  # whose episodes failed
     assert (lost.id, lost.outcome.verdict) == ("B1", "not shown")
 
 

@@ -9,11 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 from scipy import stats
 
-from experiments.judge.roc import area_under_roc, effective_number
+from dsnn.stimuli import stimulus
 from experiments.judge.tests import (
     LEVEL,
     PERMUTATIONS,
     contrast,
+    first_alarm_s,
     holm,
     paired,
     proportion_interval,
@@ -148,47 +149,6 @@ def test_shares_have_clopper_and_pearson_s_intervals(count, of, low, high):
     assert proportion_interval(count, of) == pytest.approx((low, high), abs=5e-5)
 
 
-@pytest.mark.parametrize("n", [1, 3, 10])
-def test_complete_separation_is_no_certainty(n):
-    area, low, high = area_under_roc(range(n, 2 * n), range(n))
-    assert (area, high) == (1.0, 1.0)
-    assert 0.5 * n / (n + 2) < low < 1 - 1 / (n + 3)
-    assert area_under_roc(range(n), range(n, 2 * n)) == pytest.approx((0.0, 0.0, 1 - low))
-
-
-def test_the_area_s_interval_covers_at_small_n():
-    rng = np.random.default_rng(0)
-    true = stats.norm.cdf(2 / math.sqrt(2))
-    areas = [area_under_roc(rng.normal(2, 1, 5), rng.normal(0, 1, 8)) for _ in range(300)]
-    assert 0.92 < np.mean([low <= true <= high for _, low, high in areas]) < 0.995
-
-
-def test_the_interval_of_clusters_covers_where_that_of_single_values_does_not():
-    """Ten conditions of eight repeats each; the share of hits is a condition's own, 60 % on average."""
-    rng, clusters = np.random.default_rng(0), np.repeat(np.arange(10), 8)
-    covered = [0, 0]
-    for _ in range(300):
-        hits = rng.random(80) < rng.beta(0.9, 0.6, 10).repeat(8)
-        number = effective_number(hits, clusters.tolist())
-        assert 0 < number <= 80
-        for place, of in enumerate((number, 80)):
-            low, high = proportion_interval(hits.mean() * of, of)
-            covered[place] += low <= 0.6 <= high
-    assert covered[0] >= 0.92 * 300 and covered[1] < 0.85 * 300
-
-
-def test_values_that_are_clusters_of_their_own_count_in_full():
-    assert effective_number([0, 1, 1, 0, 1], list(range(5))) == 5
-    assert effective_number([1, 1, 1, 1], ["a", "a", "b", "b"]) == 2, "nothing tells how alike they are"
-    assert effective_number([0, 1, 1], ["a"] * 3) == 1
-
-
-def test_clusters_that_differ_as_their_values_do_cost_degrees_of_freedom_alone():
-    """Korn and Graubard: the design effect is 1 here; two clusters have one degree of freedom, four values three."""
-    cost = (stats.t.ppf(0.975, 3) / stats.t.ppf(0.975, 1)) ** 2
-    assert effective_number([0, 1, 1, 1], ["a", "a", "b", "b"]) == pytest.approx(4 * cost)
-
-
 # Effects, and summaries of known numbers.
 
 
@@ -239,3 +199,20 @@ def test_a_number_is_rounded_once():
     for value in np.sign(values) * 10.0 ** np.abs(values) / 100:
         last = max(10.0 ** (math.floor(math.log10(abs(value))) - 2), 1e-4)
         assert abs(float(written(value)) - value) <= last / 2 * (1 + 1e-9), value
+
+
+# Alarms.
+
+
+def test_the_first_alarm_is_the_first_spike_of_an_approach():
+    contact = np.array([math.nan, 0.3, 0.2, 0.1, 0.0, -0.1])
+    assert first_alarm_s(np.array([1, 0, 1, 1, 0, 0]), contact) == 0.2, "before the approach it is none"
+    assert first_alarm_s(np.array([0, 0, 0, 0, 1, 1]), contact) is None, "after contact it is too late"
+
+
+def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):
+    """What fires at a full angle of 40 degrees does so at (l / v) / tan(20 deg) before contact."""
+    clip = stimulus("looming", l_over_v_s=l_over_v, fps=300)
+    sizes = np.array([0.0 if f.truth.box is None else f.truth.box.width for f in clip])
+    fired = (2 * np.degrees(np.arctan(sizes / 2 / 70.7)) >= 40.0).astype(int)
+    assert first_alarm_s(fired, clip.contact_s()) == pytest.approx(l_over_v / math.tan(math.radians(20.0)), abs=1 / 300)

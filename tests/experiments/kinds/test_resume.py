@@ -15,11 +15,11 @@ import experiments
 from colias_sim import reference
 from experiments.base.errors import UsageError
 from experiments.kinds import registry
-from experiments.kinds.trials import plan
 from experiments.store import provenance
 from experiments.store.folder import has_tables, read_table
 from tests.conftest import Colias
 from tests.helpers.answering import write_model
+from tests.helpers.plans import planned
 from tests.helpers.processes import CLI, members, start, wait_until
 
 ROOT = Path(__file__).parents[3]
@@ -243,15 +243,12 @@ def test_a_project_whose_folder_was_renamed_resumes_and_is_repeated(kind, mine, 
 # --- parameters that are not at their defaults are columns -----------------------------------------------------------
 
 
-def planned(models=("dsnn",), *assignments):
-    return plan(registry.load("speed"), models, assignments, 1, 0)
-
-
 def test_changed_parameters_by_set_and_by_model():
-    assert planned(("dsnn",), "dsnn.n_con=8", "experiment.distances_cm=8").parameters == {}, "typed, but the same"
+    same = planned("speed", settings=["dsnn.n_con=8", "experiment.distances_cm=8"])
+    assert same.parameters == {}, "typed, but the same"
     models = ("dsnn", "dsnn:n_con=6", "emd")
-    changed = planned(models, "dsnn.tau_s=200,10", "camera.read_noise=0.25", "experiment.direction=both").parameters
-    assert changed == {
+    settings = ["dsnn.tau_s=200,10", "camera.read_noise=0.25", "experiment.direction=both"]
+    assert planned("speed", models, settings).parameters == {
         "dsnn.tau_s": dict(zip(models, ("200,10", "200,10", None), strict=True)),
         "dsnn.n_con": dict(zip(models, (8, 6, None), strict=True)),
         "camera.read_noise": dict.fromkeys(models, 0.25),

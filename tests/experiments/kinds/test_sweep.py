@@ -8,7 +8,6 @@ import json
 import math
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import polars as pl
@@ -26,12 +25,12 @@ from experiments.judge.count import Count, count_of
 from experiments.judge.judge import judge as outcome
 from experiments.judge.sweep import read
 from experiments.kinds import registry, sweep_plan
-from experiments.kinds.registry import typed
-from experiments.kinds.trials import plan as robot_plan
+from experiments.kinds.registry import find_claim, typed
 from experiments.settings.grid import levels_of, points_of
 from experiments.settings.models import choose
 from tests.experiments.judge.test_replicates import rows_of as answers_of
 from tests.helpers.clip_rows import row as clip_row
+from tests.helpers.plans import planned as planned_run
 
 BOTH = ("general", "angular-recession")
 ARGUMENTS = ["sweep", "general", "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C13,C14", "--repeats", "5",
@@ -58,7 +57,7 @@ def test_counts_are_those_of_judging_the_rows_of_each_point(whole):
     ]
     for level in (0.2, 0.01):
         here = [row for row in rows if row["dsnn.t_sp"] == level]
-        held = {claim: outcome(claim, here, level).verdict == "holds" for claim in ("C13", "C14")}
+        held = {claim: outcome(find_claim(claim, "robot"), here, level).verdict == "holds" for claim in ("C13", "C14")}
         found = {row["claim"]: row["holds"] for row in counts if row["dsnn.t_sp"] == level}
         assert found == held | {TOGETHER: all(held.values())}
     assert {row["holds"] for row in counts} == {0, 1}
@@ -113,7 +112,7 @@ def test_silence_does_not_count_as_holding_and_lost_trials_leave_a_claim_unjudge
     plan = planned(["general"], "dsnn.t_sp=0.2,0.3", claims=("C13",), replicates=2)
     lost = read(plan, [row for row in answers_of(plan.specs) if (row["trial"], row["model"]) != (3, "dsnn.t_sp=0.3")])
     assert [row["not shown"] for row in counts_of(lost).values()] == [0, 1]
-    assert draw(lost).axes
+    assert draw(lost.described()).axes
 
 
 def test_numbers_are_of_all_replicates_with_the_spread_of_each():
@@ -175,10 +174,10 @@ def test_a_figure_has_the_table_s_numbers_at_the_levels_that_its_ticks_name(kind
             numbers.append(point | row)
             expected[f"{measure}, {model}", f"{x:g}", level] = value, None if flat else pytest.approx((low, high))
     axes = levels_of(("dsnn.t_sp=0.2,0.3,0.4", "dsnn.d=1,2")[: 1 + flat])
-    study = SimpleNamespace(axes=axes if kind == "named" else {}, summary="", replicates=5)
-    claims = [(SimpleNamespace(id=claim, title="-"), None) for claim in ("C13", "C14")]
-    figure = draw(SimpleNamespace(axes=axes, study=study, claims=claims, seed=0, counts=pl.DataFrame(counts),
-                                  numbers=pl.DataFrame(numbers)))  # fmt: skip
+    figure = draw({
+        "axes": {name: list(levels) for name, levels in axes.items()}, "named": kind == "named", "summary": "",
+        "replicates": 5, "seed": 0, "titles": {"C13": "-", "C14": "-"}, "counts": counts, "numbers": numbers,
+    })  # fmt: skip
     values, found = [row["value"] for row in numbers], {}
     for panel in (panel for panel in figure.axes if panel.images or panel.lines):
         title = panel.get_title("left").replace("\n", " ")
@@ -209,9 +208,9 @@ def test_a_point_has_the_trials_of_a_run_with_its_settings_and_points_of_the_net
     for point in points_of(plan.axes):
         for replicate in (0, 1):
             settings = [f"{key}={value}" for key, value in point]
-            alone = robot_plan(registry.load("general"), ["dsnn"], ["dsnn.d=2", *settings], None, 4 + replicate)
+            alone = planned_run("general", ["dsnn"], ["dsnn.d=2", *settings], seed=4 + replicate)
             share = plan.shares[point, "dsnn", "general", replicate]
-            for spec, ours in zip(alone.specs, (plan.specs[number] for number in share[0]), strict=True):
+            for spec, ours in zip(alone.trials, (plan.specs[number] for number in share[0]), strict=True):
                 assert (spec.seed, spec.condition) == (ours.seed, ours.condition)
                 assert dataclasses.replace(spec.settings, models=()) == dataclasses.replace(ours.settings, models=())
                 (label,) = (model.label for model in share[1].values())
@@ -334,12 +333,23 @@ def test_a_title_counts_the_cells_in_which_all_claims_hold(together, numbers):
     assert [int(number) for number in re.findall(r"\d+", finding(cells))] == numbers
 
 
-def test_the_function_returns_the_outcomes(tmp_path):
-    table = experiments.sweep("speed", ("dsnn.t_sp=0.2,0.3",), seeds=range(2, 4),
-                              measures=("spikes",), repeats=1, out=tmp_path / "out", workers=0, quiet=True)  # fmt: skip
-    written = pl.read_csv(tmp_path / "out" / "counts.csv")
-    assert table["value"].to_list() == written["value"].to_list() and set(table["dsnn.t_sp"]) == {0.2, 0.3}
-    assert set(pl.read_parquet(tmp_path / "out" / "trials.parquet")["repeat"]) == {0, 1}
+def test_the_function_returns_the_run_of_every_replicate(tmp_path):
+    run = experiments.sweep("speed", ("dsnn.t_sp=0.2,0.3",), seeds=range(2, 4), claims=("C15",),
+                            measures=("spikes",), repeats=1, out=tmp_path / "out", workers=0, quiet=True)  # fmt: skip
+    assert set(run.trials["repeat"]) == {0, 1}
+    assert run.outcomes.select("dsnn.t_sp", "claim", "seed").rows() == [
+        (level, "C15", seed) for level in (0.2, 0.3) for seed in (2, 3)
+    ]
+    measured = run.summary.drop_nulls("measure")
+    assert run.summary["claim"].drop_nulls().to_list() == ["C15"] * 2 and set(measured["dsnn.t_sp"]) == {0.2, 0.3}
+    for row in measured.to_dicts():
+        here = {"dsnn.t_sp": row["dsnn.t_sp"], "speed_cm_s": row["speed_cm_s"]}
+        assert row["value"] == pytest.approx(run.trials.filter(**here)["spikes"].mean())
+
+
+def test_a_sweep_of_measures_alone_has_no_outcomes(tmp_path):
+    run = experiments.sweep("clean", measures=("peak-hs",), out=tmp_path / "out", workers=0, quiet=True)
+    assert run.outcomes.is_empty() and run.summary.height == 1
 
 
 def test_what_python_gives_a_sweep_is_what_texts_say(tmp_path, monkeypatch):

@@ -13,8 +13,11 @@ from colias_sim import CameraConfig, RobotConfig
 from dsnn import Response
 from experiments import UsageError
 from experiments.declare.behaviour import SENSED, WHEELS, TrainedPolicy, load_policy, sense, steer
+from experiments.judge.scores import SUMMARY
 from experiments.kinds import training as train
-from experiments.kinds.registry import load_behaviour
+from experiments.kinds.episodes import load_behaviour
+from experiments.kinds.kind import perform
+from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"
@@ -128,16 +131,16 @@ def test_the_interval_is_that_of_every_resample():
     assert train.interquartile_mean(runs, 4) == train.interquartile_mean(runs, 4) != train.interquartile_mean(runs, 5)
 
 
-def asked(seeds=3, **changes):
-    values = {"env": "Optomotor", "steps": 600, "seed": 3, "envs": 2, "assignments": (), **changes}
-    return train.plan(seeds=seeds, **values)
+def planned(env="Optomotor", values=None, **options):
+    options = {"steps": 600, "envs": 2, "seeds": 3, **options}
+    return train.plan(Asked(kind="training", what=(env,), values=values or {}, seed=3, options=options))
 
 
 def test_steps_are_whole_rollouts_and_seeds_count_up():
-    assert [(policy.seed, policy.steps) for policy in asked()] == [(3, 1024), (4, 1024), (5, 1024)]
-    for wrong in ({"env": "Pursuit"}, {"assignments": ["robots=3"]}):
+    assert [(policy.seed, policy.steps) for policy in planned().declared] == [(3, 1024), (4, 1024), (5, 1024)]
+    for wrong in ({"env": "Pursuit"}, {"values": {"robots": "3"}}):
         with pytest.raises(UsageError):
-            asked(**wrong)
+            planned(**wrong)
 
 
 def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkeypatch):
@@ -151,8 +154,9 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
     monkeypatch.setattr(train, "train", learn)
     monkeypatch.setattr(train, "require_training", lambda: None)
     monkeypatch.setattr(train, "JUDGED", 1)
-    random_policy(asked()[0]).save(tmp_path / "policy-3.npz")
-    report, table = train.run(asked(), tmp_path, Workers(0, quiet=True))
+    random_policy(planned().declared[0]).save(tmp_path / "policy-3.npz")
+    report = perform(planned(), tmp_path, Workers(0, quiet=True))
+    table = pl.read_csv(tmp_path / "policies.csv", schema=SUMMARY)
     assert trained == [4, 5] and report.failures.is_empty()
     rows = {(row["measure"], row["behaviour"]): row for row in table.iter_rows(named=True)}
     assert {behaviour for _, behaviour in rows} == {"PPO", *train.OPPONENTS[OPTOMOTOR]}
@@ -168,19 +172,19 @@ def test_what_is_missing_is_trained_and_all_are_judged_together(tmp_path, monkey
     assert left <= {path.name for path in tmp_path.iterdir()}
 
     before = (tmp_path / "policies.csv").read_bytes()
-    train.run(asked(), tmp_path, Workers(0, quiet=True))
+    perform(planned(), tmp_path, Workers(0, quiet=True))
     assert trained == [4, 5], "nothing is trained again"
     assert (tmp_path / "policies.csv").read_bytes() == before
-    for other in ({"steps": 5000}, {"envs": 4}, {"assignments": ["camera=ov7670"]}, {"seeds": 4}):
+    for other in ({"steps": 5000}, {"envs": 4}, {"values": {"camera": "ov7670"}}, {"seeds": 4}):
         with pytest.raises(UsageError, match="choose another"):
-            train.run(asked(**other), tmp_path, Workers(0, quiet=True))
+            perform(planned(**other), tmp_path, Workers(0, quiet=True))
 
 
 def test_a_training_without_the_extra_begins_nothing(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     monkeypatch.setitem(sys.modules, "torch._dynamo", None)
     with pytest.raises(ImportError):
-        train.run(asked(), tmp_path, Workers(0, quiet=True))
+        perform(planned(), tmp_path, Workers(0, quiet=True))
     assert not any(tmp_path.iterdir())
 
 

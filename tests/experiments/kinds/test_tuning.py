@@ -1,5 +1,6 @@
 """Tuning curves: preferences of detectors made up by formulas, laws of clips and models, the run and its tables."""
 
+import dataclasses
 import itertools
 import math
 
@@ -10,12 +11,18 @@ import pytest
 from experiments.draw.tuning import LABELS, MEASURES, draw
 from experiments.judge import curves
 from experiments.kinds import tuning as tune
+from experiments.kinds.kind import perform
 from experiments.kinds.tuning import CROSSES, LOOMS, RECEDES
+from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 
 TURNS = 22.5 * np.arange(16)
 NOT_GIVEN = {"model": "m", "direction_deg": 0.0, "response": 0.0, "hs": 0.0, "vs": 0.0, "looming": 0.0, "spikes": 0,
              "contact_s": None, "repeat": 0}  # fmt: skip
+
+
+def planned(models, curves, seed=0):
+    return tune.plan(Asked(kind="tuning", models=models, only=True, seed=seed, options={"curves": curves}))
 
 
 def table(rows):
@@ -72,16 +79,17 @@ def test_a_detector_that_fires_at_an_angle_does_so_at_every_l_over_v():
 
 
 def test_a_repeat_has_a_seed_of_its_own_and_a_spike_the_time_to_contact_of_its_frame():
-    planned = tune.plan(("lgmd1",), ("direction", "l-over-v"), (), 7)
-    assert {trial.seed - point["repeat"] for point, trial in planned} == {7} < {trial.seed for _, trial in planned}
-    point, trial = next(job for job in planned if job[0]["line"] == "dark looming")
+    plan = planned(("lgmd1",), ("direction", "l-over-v"), 7)
+    shown = list(zip(plan.declared, plan.trials, strict=True))
+    assert {trial.seed - point["repeat"] for point, trial in shown} == {7} < {trial.seed for _, trial in shown}
+    point, trial = next(job for job in shown if job[0]["line"] == "dark looming")
     clip = list(trial.condition.build(trial.seed))
     fired = max(frame for frame, shown in enumerate(clip) if shown.truth.time_to_contact_s) - 5
     spike = np.arange(len(clip)) == fired
     frames = pl.DataFrame({"looming_spikes": spike.astype(int), "looming": 0.5 + 0.25 * spike}).with_columns(
         pl.lit(0.0).alias("hs"), vs=0.0, trial=trial.index, model=pl.lit("lgmd1")
     )
-    (row,) = tune.responses([(point, trial)], frames).to_dicts()
+    (row,) = tune.responses(dataclasses.replace(plan, declared=(point,), trials=(trial,)), frames).to_dicts()
     contact_s = pytest.approx(clip[fired].truth.time_to_contact_s)
     assert (row["contact_s"], row["response"], row["spikes"]) == (contact_s, 0.25, 1)
 
@@ -136,7 +144,8 @@ def test_a_clip_is_one_point_and_moves_the_way_its_point_says(curve):
 
 
 def test_approaches_are_shown_to_looming_models_alone():
-    for point, trial in tune.plan(["dsnn", "lgmd1", "hybrid"], ["speed", "l-over-v"], [], 0):
+    plan = planned(("dsnn", "lgmd1", "hybrid"), ("speed", "l-over-v"))
+    for point, trial in zip(plan.declared, plan.trials, strict=True):
         expected = ["lgmd1", "hybrid"] if point["curve"] == "l-over-v" else ["dsnn", "lgmd1", "hybrid"]
         assert [model.label for model in trial.models] == expected
 
@@ -145,11 +154,11 @@ def test_approaches_are_shown_to_looming_models_alone():
 
 
 def test_tables_read_back(tmp_path):
-    shown = tune.plan(["dsnn", "lgmd1"], ["size", "disc", "direction"], [], 0)
-    pool = Workers(0, quiet=True)
-    with pool.running(rendering=False):
-        points, preferences, failures = tune.run(shown, tmp_path, pool)
-    assert not failures and {path.stem for path in tmp_path.glob("*.png")} == {"size", "disc", "direction"}
+    plan = planned(("dsnn", "lgmd1"), ("size", "disc", "direction"))
+    run = perform(plan, tmp_path, Workers(0, quiet=True))
+    points = tune.responses(plan, run.frames)
+    preferences = [tune.preferences(points, model.label, model.channels) for model in plan.models]
+    assert run.failures.is_empty() and {path.stem for path in tmp_path.glob("*.png")} == {"size", "disc", "direction"}
     read = pl.read_csv(tmp_path / "tuning.csv", infer_schema_length=None)
     assert read.rows() == points.drop("x", "y").rows()
     assert read["size_px"].to_list() == [x if c == "size" else None for c, x in points["curve", "x"].rows()]

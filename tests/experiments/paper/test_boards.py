@@ -1,7 +1,6 @@
 """The leaderboard: scores of generated tables, the golden tests of stimuli, and a board with a user's own model."""
 
 import dataclasses
-import math
 import re
 
 import numpy as np
@@ -9,14 +8,11 @@ import polars as pl
 import pytest
 
 from dsnn import MODELS
-from dsnn.stimuli import stimulus
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.experiment import Translation
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
-from experiments.judge.roc import alarm_count, median_interval
-from experiments.judge.tests import first_alarm_s
 from experiments.kinds.kind import perform
 from experiments.paper import boards as board
 from experiments.paper.boards import DIRECTION, LOOMING, RESPONSES
@@ -64,26 +60,6 @@ def test_shares_are_of_translations_and_have_clopper_and_pearson_s_interval():
     spiking = [{"shown": "background", "spiked": spiked} for spiked in (True, False)]
     clips = table(*spiking, {"shown": "rightward", "spiked": True}, {"shown": "background"})
     assert board.direction_scores(table(), clips)["false_alarms"].value == 0.5, "of backgrounds, of spiking models"
-
-
-def test_repeats_of_a_condition_are_no_independent_trials():
-    """Four clips, five repeats each: where repeats agree they tell no more than four clips do."""
-    once = table(*translations(SIGNED))
-    agree = board.share(pl.concat([once] * 5), "right")
-    assert (agree.value, agree.low, agree.high, agree.n) == (1.0, board.share(once, "right").low, 1.0, 20)
-
-
-def test_an_alarm_is_a_spike_after_half_a_second_of_silence():
-    """At 30 frames/s: 15 frames apart are one alarm, 16 are two."""
-    spikes = np.zeros(60, int)
-    assert alarm_count(spikes, 30.0) == 0
-    spikes[[10, 11, 12, 27]] = 1
-    assert alarm_count(spikes, 30.0) == 1
-    spikes[43] = 2
-    assert alarm_count(spikes, 30.0) == 2 and alarm_count(np.ones(300, int), 30.0) == 1
-    contact = np.array([math.nan, 0.3, 0.2, 0.1, 0.0, -0.1])
-    assert first_alarm_s(np.array([1, 0, 1, 1, 0, 0]), contact) == 0.2, "before the approach it is none"
-    assert first_alarm_s(np.array([0, 0, 0, 0, 1, 1]), contact) is None, "after contact it is too late"
 
 
 def test_alarms_and_seconds_of_a_clip_are_by_its_own_frame_rate():
@@ -142,15 +118,6 @@ def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypat
     second = ranked.row(1, named=True)
     assert (second["direction_robot"], second["direction_robot_n"], second["us_99x72"]) == (0.75, 4, 4.0)
     assert second["us_99x72_low"] is second["false_alarms"] is None, "one round has no interval"
-
-
-def test_times_have_the_interval_of_order_statistics_and_a_model_that_raises_has_none(tmp_path):
-    assert median_interval(range(1, 41)) == (14.0, 27.0)  # binomial(40, 1/2): ranks 14 and 27
-    text = user_files.MODEL.replace("now = luma", "raise ValueError(1)\n        now = luma")
-    (tmp_path / "odd.py").write_text(text)
-    taken = board.time_models([choose("emd"), choose(str(tmp_path / "odd.py"))], (24, 32))
-    assert set(taken) == {"emd"}
-    assert len(taken["emd"]) == board.ROUNDS and min(taken["emd"]) > 0
 
 
 def test_each_model_stands_on_the_boards_of_its_channels():
@@ -216,11 +183,3 @@ def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
         assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
     with pytest.raises(UsageError, match="emd"):
         perform(planned("emd"), tmp_path / "out", Workers(0, quiet=True))
-
-
-def test_a_detector_of_an_angle_fires_when_the_square_spans_it(l_over_v=0.16):
-    """What fires at a full angle of 40 degrees does so at (l / v) / tan(20 deg) before contact."""
-    clip = stimulus("looming", l_over_v_s=l_over_v, fps=300)
-    sizes = np.array([0.0 if f.truth.box is None else f.truth.box.width for f in clip])
-    fired = (2 * np.degrees(np.arctan(sizes / 2 / 70.7)) >= 40.0).astype(int)
-    assert first_alarm_s(fired, clip.contact_s()) == pytest.approx(l_over_v / math.tan(math.radians(20.0)), abs=1 / 300)

@@ -44,7 +44,7 @@ def potentials(hs_by_model):
     count = len(hs_by_model[WHOLE])
     return pl.concat(
         pl.DataFrame({"trial": [0] * count, "model": [label] * count, "frame": range(count),
-                      "sim_time_s": np.arange(count) / 30, "hs": hs, "hs_spikes": np.zeros(count, np.int64)})
+                      "time_s": np.arange(count) / 30, "hs": hs, "hs_spikes": np.zeros(count, np.int64)})
         for label, hs in hs_by_model.items()
     )  # fmt: skip
 

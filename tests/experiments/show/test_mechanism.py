@@ -20,7 +20,7 @@ def crossing(speed, distance=8.0, reach_cm=14.0):
     """A stimulus on its line, from ``reach_cm`` on the left to as far on the right: condition, frames."""
     condition = Condition("translation", "rightward", speed, distance)
     time_s = np.arange(1, 2 * reach_cm / speed * CAMERA.fps) / CAMERA.fps
-    frames = pl.DataFrame({"sim_time_s": time_s}).with_columns(
+    frames = pl.DataFrame({"time_s": time_s}).with_columns(
         stimulus_x_cm=pl.lit(CAMERA.forward_cm + distance), stimulus_y_cm=pl.Series(reach_cm - speed * time_s),
         observer_x_cm=pl.lit(0.0), observer_y_cm=pl.lit(0.0), observer_heading_deg=pl.lit(0.0),
     )  # fmt: skip

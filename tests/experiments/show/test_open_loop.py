@@ -47,7 +47,7 @@ def test_it_stops_by_time_whatever_it_reached(crossing):
     """After up to a slot of waiting, and whole slots of driving; the same again."""
     stimulus = nominal(CROSSING, crossing.trial.settings)["stimulus"]
     slots = math.ceil((stimulus.route.length / 0.10 + 0.10 / (2 * stimulus.acceleration)) / 0.1)
-    assert crossing.columns.sim_time_s[-1] == pytest.approx((1 + slots) * 0.1, abs=1e-6)
+    assert crossing.columns.time_s[-1] == pytest.approx((1 + slots) * 0.1, abs=1e-6)
     assert rows(driven(COLIAS4)) == rows(crossing)
     assert abs(crossing.columns.stimulus_bearing_deg[[0, -1]]).min() > 35.0
 
@@ -67,7 +67,7 @@ def test_one_that_drifts_off_its_path_ends_and_counts():
     """Untrimmed motors turn it about before it has crossed."""
     lost = driven(dataclasses.replace(COLIAS4, motor_inequality=50.0))
     (row,) = rows(lost)
-    assert lost.columns.sim_time_s[-1] < 5.0 and abs(lost.drift_mm) > 20.0
+    assert lost.columns.time_s[-1] < 5.0 and abs(lost.drift_mm) > 20.0
     assert row["achieved_speed_cm_s"] < 9.9 and row["spikes"] >= 0
     assert row["drive"] == "open" and flaws([row]) == "", "no tolerance voids it"
 

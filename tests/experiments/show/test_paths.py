@@ -36,7 +36,7 @@ def test_an_accelerating_crossing_is_where_its_speed_takes_it():
     result = result_of(Condition.along("accelerating", crossing()))
     columns = result.columns
     begun = int(np.searchsorted(-columns.stimulus_y_cm, -9.5))
-    time, way = columns.sim_time_s[begun:], 10.0 - columns.stimulus_y_cm[begun:]
+    time, way = columns.time_s[begun:], 10.0 - columns.stimulus_y_cm[begun:]
     speed, way = math.sqrt(16 + 2 * 9.6 * way[0]), way - way[0]
     elapsed = time - time[0]
     assert np.abs(way - (speed * elapsed + 9.6 * elapsed**2 / 2)).max() < 0.25
@@ -66,7 +66,7 @@ def test_a_function_of_time_is_followed():
     away = np.hypot(x[:, None] - places[:, 0], y[:, None] - places[:, 1])
     on_path = (y < 7.5) & (y > -7.9)
     assert away[on_path].min(axis=1).max() < 0.08
-    late = result.columns.sim_time_s[on_path] - times[away[on_path].argmin(axis=1)]
+    late = result.columns.time_s[on_path] - times[away[on_path].argmin(axis=1)]
     assert np.ptp(late) < 0.05
     assert path.length_cm == pytest.approx(np.hypot(*np.diff(places, axis=0).T).sum(), rel=1e-3)
 

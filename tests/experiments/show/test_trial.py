@@ -64,7 +64,7 @@ def test_numbers_are_those_of_the_trial_and_of_its_camera():
     bearing, spikes = -np.degrees(np.angle(away)), np.abs(answer.series.hs_spikes)
     np.testing.assert_allclose(columns.stimulus_bearing_deg, bearing, atol=1e-6)
     seen, half = np.abs(bearing) <= 25.0, math.radians(25.0)
-    off_s = np.abs(columns.sim_time_s - columns.sim_time_s[np.abs(bearing).argmin()])
+    off_s = np.abs(columns.time_s - columns.time_s[np.abs(bearing).argmin()])
     inner, window = (off_s <= (8.0 * math.tan(half) + edge / math.cos(half)) / 10.0 for edge in (0.0, 2.0))
     expected = {
         "trial": 3, "repeat": 2, "seed": 7, "closest_cm": np.abs(away).min(), "seconds_in_view": seen.sum() / 20,
@@ -134,8 +134,8 @@ def test_the_observer_moves_as_told():
     """Turning 10 degrees/s, driving 1 cm/s; in mid-crossing it is where it stands otherwise."""
     turning, driving = (c for c in Egomotion(turns_deg_s=(10.0,), drives_cm_s=(1.0,)).conditions())
     turned, driven = (Played(trial_of(condition)).columns for condition in (turning, driving))
-    rate = np.polyfit(turned.sim_time_s[5:], turned.observer_heading_deg[5:], 1)[0]
-    speed = np.polyfit(driven.sim_time_s[5:], driven.observer_x_cm[5:], 1)[0]
+    rate = np.polyfit(turned.time_s[5:], turned.observer_heading_deg[5:], 1)[0]
+    speed = np.polyfit(driven.time_s[5:], driven.observer_x_cm[5:], 1)[0]
     assert rate == pytest.approx(10.0, rel=0.05)
     assert speed == pytest.approx(1.0, rel=0.05)
     for columns in (turned, driven):
