@@ -76,6 +76,8 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     from experiments.store.description import CPUS, ENDED
 
     there = load(run)
+    if there.whole:
+        raise UsageError(f"{run}: a {there.kind} is not repeated; repeat its parts")
     if there.done < there.planned and ENDED not in there.description:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()

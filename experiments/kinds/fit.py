@@ -291,6 +291,8 @@ def fit_of(asked: Asked) -> Fit:
                 f"fit must be an experiments.Fit, or the name of one that ships, got {short(asked.declared)}"
             )
         return replace(asked.declared, **given)
+    if not asked.what:
+        raise UsageError("a script gave it a fit of its own: run the script")
     if asked.what[0] in FITS:
         settled = {"over", "claims", "replicates"} & {name for name, value in asked.options.items() if value}
         if settled or asked.values or asked.models:

@@ -182,7 +182,7 @@ class Run:
     @cached_property
     def failures(self) -> pl.DataFrame:
         """A row per trial, model in a trial, or recording that failed: trial, model, condition, seed, reason."""
-        if self.kind in WHOLES:
+        if self.whole:
             return pl.concat([table([], FAILURE), *(part.failures for part in self.parts)])
         return table(self._json("failures.json"), FAILURE)
 
@@ -194,7 +194,7 @@ class Run:
     @cached_property
     def parts(self) -> list[Run]:
         """The runs in its folders, of a leaderboard, a fit or a reproduction; none of others."""
-        return [load(folder) for folder in part_folders(self.folder)] if self.kind in WHOLES else []
+        return [load(folder) for folder in part_folders(self.folder)] if self.whole else []
 
     @property
     def name(self) -> str:
@@ -215,9 +215,14 @@ class Run:
     @property
     def done(self) -> int:
         """Number of trials that are finished."""
-        if self.kind in WHOLES:
+        if self.whole:
             return sum(part.done for part in self.parts)
         return read_table(self.folder, "trials", ["trial"])["trial"].n_unique() if has_tables(self.folder) else 0
+
+    @property
+    def whole(self) -> bool:
+        """Whether its folder holds runs, and no trials of its own."""
+        return self.kind in WHOLES
 
     @property
     def chapter(self) -> str:
@@ -286,7 +291,7 @@ class Run:
         return drawn
 
     def _table(self, name: str) -> pl.DataFrame:
-        if self.kind in WHOLES:
+        if self.whole:
             names = ", ".join(part.folder.name for part in self.parts) or "none"
             raise UsageError(f"{self.folder}: a {self.kind} has no table of {name} itself; its parts are: {names}")
         if not has_tables(self.folder):
@@ -297,9 +302,9 @@ class Run:
         path = self.folder / name
         if not path.is_file():
             raise UsageError(f"{self.folder}: no {name} there")
-        header = pl.read_csv(path, n_rows=0, glob=False).columns
+        header = pl.read_csv(path, n_rows=0, glob=False, raise_if_empty=False).columns
         types = pl.Schema({column: kind for column, kind in NUMBERS.items() if column in header})
-        return pl.read_csv(path, schema_overrides=types, infer_schema_length=None, glob=False)
+        return pl.read_csv(path, schema_overrides=types, infer_schema_length=None, glob=False, raise_if_empty=False)
 
     def _json(self, name: str) -> Any:
         path = self.folder / name

@@ -61,6 +61,8 @@ def plan(asked: Asked) -> Plan[Any]:
 
 def study_of(asked: Asked, **fields: Any) -> Study:
     """Return the study that was asked for; ``fields`` are further ones of it."""
+    if asked.declared is None and not asked.what:
+        raise UsageError("a script gave it an experiment, study or claim of its own: run the script")
     named = asked.declared if asked.declared is not None else ",".join(asked.what)
     options = {name: asked.option(name) for name in ("claims", "measures", "replicates")}
     return typed(

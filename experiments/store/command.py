@@ -1,6 +1,6 @@
 """The command that runs are begun by: a note in their ``run.json``. Every command imports this, so it is light.
 
-The entry ``command`` has the command line (``line``), or the call from Python (``call``, ``arguments``), the
+The entry ``command`` has the command line (``line``), or the call from Python (``call``), the
 folder, and how the run's own folder leads to it (``folder_from_run``), which stays when both are moved.
 """
 
