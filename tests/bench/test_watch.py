@@ -194,12 +194,12 @@ def test_white_is_known_once_a_folder_of_16_bits():
 
 
 def test_a_second_size_is_noted():
-    for name, shape, word in (("wide", (36, 80), "aspect"), ("large", (72, 128), "size")):
+    for name, shape in (("wide", (36, 80)), ("large", (72, 128))):
         images = [np.full((36, 64), 90, np.uint8)] * 2 + [np.full(shape, 90, np.uint8)] * 3
         source = VideoSource(folder_of(images, "12345", name))
         assert {sample.image.shape for sample in source} == {(36, 64)}
         (note,) = source.notes(np.zeros(1))
-        assert note.startswith("3 frames") and word in note
+        assert note.startswith("3 frames") and f"{shape[1]}x{shape[0]} at 0.07" in note
 
 
 @pytest.mark.parametrize("alone", [False, True])
@@ -294,7 +294,7 @@ def test_uneven_times_are_noted_and_a_film_may_change_its_size():
     Path("both.mjpeg").write_bytes(Path("one.mjpeg").read_bytes() + Path("two.mjpeg").read_bytes())
     run = watch("both.mjpeg", size=(32, 18), quiet=True, recordings=False)
     assert run.frames.height == 6
-    assert any("3 frames have another aspect" in note for note in run.description["notes"])
+    assert any("3 frames have another size" in note for note in run.description["notes"])
 
 
 @pytest.mark.parametrize(

@@ -18,12 +18,9 @@ SHOWN = {"spikes": ("mean", "ci_low", "ci_high"), "firing_rate_hz": ("mean",), "
          "trough_hs": ("mean",), "peak_looming": ("mean",)}  # fmt: skip
 """Quantities that the table of a run has, as far as its models have them -> their columns of the summary; a mean has
 the name of its quantity."""
-
 TRY = (
-    "Try nearer motion or more contrast, another --size, or a lower T, for example --set dsnn.t_sp=0.08; "
-    "a still scene must stay below it."
+    "Try nearer motion, more contrast, another --size or a lower T (--set dsnn.t_sp=0.08), above a still scene's |HS|."
 )
-"""What helps where no motion passed the threshold."""
 
 
 def show(run: Run) -> None:
