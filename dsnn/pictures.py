@@ -40,14 +40,13 @@ def read_picture(path: str | Path, *, raw: bool = False) -> Image:
     Returns
     -------
     numpy.ndarray
-        (R, C): the luma of Rec. 601 of a colour picture; the upper 8 bits of 16. Linear and HDR levels are converted
-        as those of films.
+        (R, C): the luma of Rec. 601 of a colour picture; the upper 8 bits of 16.
 
     Raises
     ------
     ValueError
-        The file is missing, is not a picture (`NotAPicture`), holds several, is transparent, or does not define white;
-        or ``raw`` is set for another kind of picture. The message is one line that begins with the path.
+        The file is missing, is not a picture (`NotAPicture`), holds several, is transparent, HDR or linear, or does not
+        define white; or ``raw`` is set for another kind of picture. The message is one line that begins with the path.
     """
     picture, share = levels(path, raw=raw)
     check_white(path, [] if share is None else [share])

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any, NoReturn
 
 import av
-import cv2
 import numpy as np
 import numpy.typing as npt
 from av.filter import Graph
@@ -35,22 +33,16 @@ NAMELESS = sorted(set(range(40)) - {kind.value for kind in Type})
 """Kinds of side data that PyAV does not know, such as EXIF (31): it reads none of a frame's where there is one."""
 NO_TRACK = Disposition.attached_pic | Disposition.timed_thumbnails | Disposition.still_image | Disposition.dependent
 """What a file may have beside its films: covers, and parts of another track."""
-LINEAR, PQ, HLG = 8, 16, 18
-"""Transfer functions (ITU-T H.273) that are converted to a screen's levels."""
-WIDE_WHITE, WIDENED_WHITE = 65535, 65280
-"""White of the 16 bits to which FFmpeg converts a full range, and a limited one."""
-SCREEN_CD_M2 = 203.0
-"""White of a screen in HDR films, also 75 % of HLG (ITU-R BT.2408); what is brighter becomes white."""
-LOGARITHMIC = {9, 10, 256}
-"""Transfer functions that are refused: log, its square root, and V-Log. Each camera has a white of its own."""
+TO_SCREEN = "convert them: ffmpeg -i FILE -vf zscale=t=linear:npl=203,format=gbrpf32le,zscale=t=bt709 SDR.mp4"
+NO_SCREEN = {8: "linear", 9: "logarithmic", 10: "logarithmic", 16: "HDR (PQ)", 18: "HDR (HLG)", 256: "V-Log"}
+"""Transfer functions (ITU-T H.273) whose white is not a screen's; as one they read far too dark."""
 
 
 def read_video(path: str | os.PathLike[str]) -> Video:
     """Open a video file and iterate over its grey frames with their times.
 
     A video is read as a player shows it: rotated, mirrored and cut as the file specifies, with its range of grey
-    levels. The two fields of an interlaced frame become one picture. HDR films and linear light become what a screen
-    without HDR shows.
+    levels. The two fields of an interlaced frame become one picture.
 
     Parameters
     ----------
@@ -66,8 +58,8 @@ def read_video(path: str | os.PathLike[str]) -> Video:
     Raises
     ------
     ValueError
-        The file is not a video, or it is transparent, stereoscopic, spherical, logarithmic or rotated by an odd angle,
-        or its white is unknown: of 16 bits, all dark, fewer may be meant.
+        The file is not a video, or it is transparent, stereoscopic, spherical, HDR, linear, logarithmic or rotated by
+        an odd angle, or its white is unknown: of 16 bits, all dark, fewer may be meant.
 
     Examples
     --------
@@ -162,8 +154,8 @@ class Video:
             transparent = any(component.is_alpha for component in frame.format.components)
             if transparent and frame.to_ndarray(format="rgba")[:, :, 3].min() < 255:
                 self._refuse(TRANSPARENT)
-            if frame.color_trc in LOGARITHMIC:
-                self._refuse("its levels are logarithmic; convert it, for example by ffmpeg's filter zscale=t=bt709")
+            if frame.color_trc in NO_SCREEN:
+                self._refuse(f"its levels are {NO_SCREEN[frame.color_trc]}; {TO_SCREEN}")
             self.interlaced += frame.interlaced_frame
             aspect = float(codec.sample_aspect_ratio or 1) if may_change else aspect
             before = form
@@ -171,8 +163,6 @@ class Video:
             if form != before:
                 yield from self._filtered(graph, None)
                 graph, self._pixel_aspect = _to_grey(frame), aspect
-                wide = frame.color_range == ColorRange.JPEG or frame.format.name.startswith(("gray", "gbr", "rgb"))
-                self._white = WIDE_WHITE if wide else WIDENED_WHITE
                 self.deep |= any(component.bits == 16 for component in frame.format.components)
             yield from self._filtered(graph, frame)
         yield from self._filtered(graph, None)
@@ -205,9 +195,7 @@ class Video:
                 self._refuse(problem)
         # A point (x, y) is shown at (xx x + xy y, yx x + yy y), with y downward.
         xx, yx, _, xy, yy = _side_data(frame, "DISPLAYMATRIX")[:5] or (1, 0, 0, 0, 1)
-        stored, pixel_aspect = frame.to_ndarray(), self._pixel_aspect
-        colours = _screen_levels(frame.color_trc, self._white)[stored] if stored.ndim == 3 else None
-        picture = np.asarray(stored if colours is None else cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY), np.uint8)
+        picture, pixel_aspect = frame.to_ndarray(), self._pixel_aspect
         if not xx and not yy:
             picture, xx, yy, xy, yx, pixel_aspect = picture.T, xy, yx, 0, 0, 1 / pixel_aspect
         if xy or yx or not xx or not yy:
@@ -226,36 +214,18 @@ def _side_data(frame: VideoFrame, name: str) -> list[int]:
 
 
 def _to_grey(frame: VideoFrame) -> Graph:
-    """Make a graph of FFmpeg's filters: of frames like this one to grey levels from 0 to 255, or to RGB of 16 bits."""
+    """Make a graph of FFmpeg's filters that converts frames like this one to grey levels from 0 to 255."""
     graph = Graph()
     filters = [
         graph.add_buffer(width=frame.width, height=frame.height, format=frame.format, time_base=frame.time_base),
         *(graph.add("sidedata", f"mode=delete:type={kind}") for kind in NAMELESS),
+        graph.add("bwdif", "mode=send_frame:deint=interlaced"),
+        graph.add("scale", "sws_dither=none"),
+        graph.add("format", "pix_fmts=gray"),
     ]
     if frame.format.name.startswith("gray") and frame.color_range == ColorRange.MPEG:
         # FFmpeg widens the range of every format with colours, and assumes that pure grey is wide already.
-        step, white = 1 << frame.format.components[0].bits - 8, (1 << frame.format.components[0].bits) - 1
-        filters.append(graph.add("lut", f"c0=clip(round((val-{16 * step})*{white}/{219 * step}),0,{white})"))
-    form = "rgb48le" if frame.color_trc in (LINEAR, PQ, HLG) else "gray"
-    filters.append(graph.add("bwdif", "mode=send_frame:deint=interlaced"))
-    filters += [graph.add("scale", "sws_dither=none"), graph.add("format", f"pix_fmts={form}")]
+        filters.append(graph.add("lut", "c0=round((val-16)*255/219)"))
     graph.link_nodes(*filters, graph.add("buffersink"))
     graph.configure()
     return graph
-
-
-@lru_cache
-def _screen_levels(transfer: int, white: int) -> Image:
-    """Return a table (65536,) from levels of 16 bits to those of a screen (sRGB) that shows the same light."""
-    level = np.arange(1 << 16) / white
-    if transfer == PQ:  # SMPTE ST 2084
-        root = level ** (32 / 2523)
-        light = (np.maximum(root - 0.8359375, 0) / (18.8515625 - 18.6875 * root)) ** (8192 / 1305) * 1e4 / SCREEN_CD_M2
-    elif transfer == HLG:  # ITU-R BT.2100, on a screen of 1,000 cd/m2
-        bright = (np.exp((level - 0.55991073) / 0.17883277) + 0.28466892) / 12
-        light = np.where(level <= 0.5, level**2 / 3, bright) ** 1.2 * 1e3 / SCREEN_CD_M2
-    else:
-        light = level
-    light = np.minimum(light, 1)
-    shown = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return np.asarray(np.rint(255 * shown), np.uint8)

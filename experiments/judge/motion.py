@@ -97,13 +97,12 @@ def _intervals(frames: pl.DataFrame, ways: tuple[str, str], threshold: float) ->
 
 def near_miss(frames: pl.DataFrame, thresholds: Mapping[str, float | None]) -> str:
     """Say how near a model without an interval came to one, by its thresholds; empty if it has none."""
-    reached: list[str] = []
     levels = {channel: level for channel, level in thresholds.items() if channel in WAYS and level is not None}
+    reached = []
     for channel, level in levels.items():
         potential = np.abs(frames[channel].to_numpy())
-        name = channel if channel == "looming" else f"|{channel.upper()}|"
         few = f" and passed it in {over} frames, too few" if (over := (potential > level).sum()) else ""
-        reached.append(f"{name} reached {potential.max():.2g}{few}")
+        reached.append(f"|{channel.upper()}| reached {potential.max():.2g}{few}")
     highest = ", ".join(dict.fromkeys(f"T = {level:g}" for level in levels.values()))
     return f"no motion passed {highest}; {', '.join(reached)}" if reached else ""
 

@@ -55,8 +55,7 @@ NO_GRADES = dict.fromkeys(GRADES)
 GRADED = TRIALS | pl.Schema(dict.fromkeys(GRADES, float))
 """Columns of ``trials.parquet``: those of `TRIALS`, and each model's grades against the optical flow."""
 TRY = (
-    "Try nearer motion or more contrast, another --size, or a lower T, for example --set dsnn.t_sp=0.08; "
-    "a still scene must stay below it."
+    "Try nearer motion, more contrast, another --size or a lower T (--set dsnn.t_sp=0.08), above a still scene's |HS|."
 )
 """What helps where no motion passed the threshold."""
 EARLY, STOPPED = "ended_early", "stopped"

@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from itertools import accumulate, chain, pairwise
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
 from pathlib import Path
 from statistics import median_low
-from typing import TYPE_CHECKING
 
 from experiments.base.console import error_console
 from experiments.base.errors import UsageError, as_usage_error
 from experiments.base.user_code import sha256
 
-if TYPE_CHECKING:
-    from dsnn.pictures import Image
-
 NUMBER = re.compile(r"((?:(?<![^\W_])[-+])?[0-9]+)")
 """A number in a name. A sign is one of its own: the hyphen of ``frame-1`` follows a letter, and joins."""
 OTHERS = "{n} entries of the folder are no pictures and are left out, the first is {first}"
-LOST = "{n} numbers are missing from the names of pictures and count as lost time, the first before {first}"
-DAMAGED = "{n} pictures could not be decoded and are left out, the first is {first}"
 
 Pictures = tuple[str, ...]
 """Absolute paths of pictures, in the order of their names, numbers by their value."""
@@ -63,8 +56,8 @@ def entries(folder: Path) -> tuple[list[Path], list[str]]:
     import cv2
 
     paths = sorted((path for path in folder.iterdir() if not path.name.startswith(".")), key=by_number)
-    pictures = [path for path in paths if path.is_file() and cv2.haveImageReader(str(path))]
-    return pictures, [path.name for path in paths if path not in pictures]
+    pictures = {path: None for path in paths if path.is_file() and cv2.haveImageReader(str(path))}
+    return list(pictures), [path.name for path in paths if path not in pictures]
 
 
 def by_number(path: Path) -> tuple[list[str | int], str]:
@@ -79,39 +72,8 @@ def frame_numbers(paths: Sequence[Path]) -> list[int]:
     of times.
     """
     names = [by_number(path)[0] for path in paths]
-    steps = [
-        int(later[-2]) - int(name[-2]) if len(name) > 1 and [*name[:-2], name[-1]] == [*later[:-2], later[-1]] else 0
-        for name, later in pairwise(names)
-    ]
+    alike = [len(a) > 1 and [*a[:-2], a[-1]] == [*b[:-2], b[-1]] for a, b in pairwise(names)]
+    steps = [int(b[-2]) - int(a[-2]) if same else 0 for same, (a, b) in zip(alike, pairwise(names), strict=True)]
     counted = [step for step in steps if step] or [1]
-    least = min(counted)
-    step = least if all(one % least == 0 for one in counted) else median_low(counted)
+    step = min(counted) if not any(one % min(counted) for one in counted) else median_low(counted)
     return list(accumulate((max(round(one / step), 1) for one in steps), initial=0))
-
-
-def film_of(paths: Sequence[Path], note: Callable[..., None]) -> Iterator[tuple[int, Image]]:
-    """Yield each frame's number and grey levels (R, C); ``note`` takes a text of this module, a name and a count."""
-    from dsnn.files import check_white
-    from dsnn.pictures import NotAPicture, levels
-
-    def shares(some: Sequence[Path]) -> Iterator[float]:
-        for path in some:
-            with suppress(NotAPicture):
-                share = levels(path)[1]
-                if share is not None:
-                    yield share
-
-    expected, checked = 0, False
-    for index, (path, number) in enumerate(zip(paths, frame_numbers(paths), strict=False)):
-        if number > expected:
-            note(LOST, path.name, number - expected)
-        expected = number + 1
-        try:
-            picture, share = levels(path)
-        except NotAPicture:
-            note(DAMAGED, path.name)
-            continue
-        if share is not None and not checked:  # one camera's: a scene may begin, or get, dark
-            check_white(path, chain([share], shares(paths[index + 1 :])))
-            checked = True
-        yield number, picture

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,13 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from dsnn.files import check_white
 from dsnn.frames import frozen
+from dsnn.pictures import NotAPicture, levels
 from dsnn.video import FASTEST, Video, read_video
 from experiments.base.errors import UsageError, as_usage_error
 from experiments.settings.models import ConfiguredModel
-from experiments.settings.pictures import OTHERS, entries, film_of
+from experiments.settings.pictures import OTHERS, entries, frame_numbers
 from experiments.show.clips import ClipSource
 from experiments.show.flow import TICK_S, mean_flow
 from experiments.show.play import Sample
@@ -36,8 +38,9 @@ VARIES = 0.10
 USUAL_FPS = 30.0
 SAME_ASPECT = 1.05
 """Ratio of two aspects up to which they count as equal: whole pixels round small sizes."""
-RESIZED = "{n} frames have another size than the first, the first {first}; models see them at one size"
-DISTORTED = "{n} frames have another aspect than the first, the first {first}; models see them distorted"
+LOST = "{n} numbers are missing from the names of pictures and count as lost time, the first before {first}"
+DAMAGED = "{n} pictures could not be decoded and are left out, the first is {first}"
+RESIZED = "{n} frames have another size than the first, the first {first}; another aspect is seen distorted"
 SLACK_FRAMES = 4.0
 """Frames by which a film may be shorter than its header says."""
 NOTHING: Mapping[str, Any] = {}
@@ -131,7 +134,7 @@ class VideoSource:
             self.count = len(pictures)
             if others:
                 self._note(OTHERS, others[0], len(others))
-            return _readable((n / USUAL_FPS, image, NOTHING) for n, image in film_of(pictures, self._note))
+            return _readable(self._of_folder(pictures))
         if not path.exists():
             raise UsageError(f"{self.name}: no such file, folder or stimulus (a camera is given by its index)")
         with as_usage_error():
@@ -139,6 +142,22 @@ class VideoSource:
         self.rate = self.film.fps
         self.count = round(self.film.length_s * self.rate) or None if self.rate else None
         return _readable((time_s, image, NOTHING) for time_s, image in self.film)
+
+    def _of_folder(self, paths: Sequence[Path]) -> Iterator[Reading]:
+        """Yield the pictures of a folder, `USUAL_FPS` numbers a second."""
+        expected, is_checked = 0, False
+        for index, (path, number) in enumerate(zip(paths, frame_numbers(paths), strict=False)):
+            if number > expected:
+                self._note(LOST, path.name, number - expected)
+            expected = number + 1
+            picture, share = _levels(path)
+            if share and not is_checked:  # they are one camera's, and a scene may begin dark
+                check_white(path, filter(None, (_levels(one)[1] for one in paths[index:])))
+                is_checked = True
+            if picture is None:
+                self._note(DAMAGED, path.name)
+            else:
+                yield number / USUAL_FPS, picture, NOTHING
 
     def _note(self, text: str, first: str, count: int = 1) -> None:
         """Add to what is known of so many frames or files, of which the first is told."""
@@ -164,8 +183,7 @@ class VideoSource:
                 return
             shown = self.film.size if self.film else image.shape[1::-1]
             if shown != self.own_size:
-                text = RESIZED if stretch(shown, self.own_size) <= SAME_ASPECT else DISTORTED
-                self._note(text, "{}x{} at {:.2f} s".format(*shown, time_s))
+                self._note(RESIZED, "{}x{} at {:.2f} s".format(*shown, time_s))
             luma = resized(image, self.size)
             flow = mean_flow(before, luma) if self.flow and before is not None else None
             before = luma if self.flow else None
@@ -193,9 +211,10 @@ class VideoSource:
     def notes(self, time_s: npt.NDArray[np.float64]) -> list[str]:
         """Return what to know about the source as far as it was read, at these times (T,), a line each."""
         notes = [text.format(n=count, first=first) for text, (count, first) in self._noted.items()]
-        if (ratio := stretch(self.size, self.own_size)) > SAME_ASPECT:
+        ratio = self.own_size[0] * self.size[1] / (self.own_size[1] * self.size[0])
+        if (stretch := max(ratio, 1 / ratio)) > SAME_ASPECT:
             shown, own = (f"{width}x{height}" for width, height in (self.size, self.own_size))
-            notes.append(f"{shown} is not the aspect of {own}: models see it distorted by {ratio - 1:.0%}")
+            notes.append(f"{shown} is not the aspect of {own}: models see it distorted by {stretch - 1:.0%}")
         gaps, film = np.diff(time_s), self.film
         if film is None:
             return notes
@@ -212,10 +231,12 @@ class VideoSource:
         return notes
 
 
-def stretch(size: tuple[int, ...], other: tuple[int, ...]) -> float:
-    """Return the ratio of two sizes' aspects, 1 or more."""
-    ratio = size[0] * other[1] / (size[1] * other[0])
-    return max(ratio, 1 / ratio)
+def _levels(path: Path) -> tuple[Image | None, float | None]:
+    """Read a picture as `dsnn.pictures.levels` does; nothing of one that is damaged."""
+    try:
+        return levels(path)
+    except NotAPicture:
+        return None, None
 
 
 def _of_camera(capture: cv2.VideoCapture) -> Iterator[Reading]:
