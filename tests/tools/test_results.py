@@ -11,6 +11,7 @@ import pytest
 from experiments.bench.reproduce import QUICK
 from experiments.bench.run.files import to_json
 from experiments.bench.stats.claim import claim_ids, find_claim
+from experiments.bench.stats.count import Count, count_columns
 from experiments.bench.stats.stored import document
 from experiments.bench.stats.verdict import Outcome
 from tests.helpers.chapters import PAGES as CHAPTERS
@@ -120,7 +121,7 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     for name in ("run/behave-optomotor", "run/fidelity", "docs"):
         (tmp_path / name).mkdir(parents=True)
     held = Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)")
-    counts = [{"eye": eye, "wheels": wheels, "claim": "C14", "holds": n, "fails": 20 - n}
+    counts = [{"eye": eye, "wheels": wheels, "claim": "C14", **count_columns(Count(n, 20 - n))}
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
     files = {
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
