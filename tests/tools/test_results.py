@@ -11,6 +11,7 @@ import pytest
 from experiments.base.files import to_json
 from experiments.declare.claim import claim_ids
 from experiments.declare.outcome import Outcome
+from experiments.judge.count import Count, count_columns
 from experiments.judge.stored import document
 from experiments.judge.verdict import verdict_of
 from experiments.kinds.registry import find_claim
@@ -122,7 +123,7 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     for name in ("run/behave-optomotor", "run/fidelity", "docs"):
         (tmp_path / name).mkdir(parents=True)
     held = Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)")
-    counts = [{"eye": eye, "wheels": wheels, "claim": "C14", "holds": n, "fails": 20 - n}
+    counts = [{"eye": eye, "wheels": wheels, "claim": "C14", **count_columns(Count(n, 20 - n))}
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
     files = {
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
