@@ -33,7 +33,7 @@ from experiments.bench.run.files import Files
 from experiments.bench.run.provenance import versions
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.streams import stream
-from experiments.bench.run.workers import Workers, without_interrupts
+from experiments.bench.run.workers import Workers, starting
 from experiments.bench.sources.behaviour import (
     ENDING,
     TRAINED_UNDER,
@@ -140,7 +140,7 @@ def train(policy: TrainedPolicy, advance: Callable[[], None]) -> tuple[TrainedPo
         return True
 
     processes: dict[str, Any] = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
-    with without_interrupts():
+    with starting():
         envs = make_vec_env(
             steered, policy.envs, env_kwargs={"policy": policy}, **(processes if policy.envs > 1 else {})
         )
