@@ -10,9 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cv2
 import polars as pl
-from threadpoolctl import threadpool_limits
 
 from colias_sim.arena import arena_files
 from colias_sim.config import known_arena
@@ -23,6 +21,7 @@ from experiments.bench.result import Run, load
 from experiments.bench.run import provenance
 from experiments.bench.run.errors import UsageError, check_unique
 from experiments.bench.run.models import choose
+from experiments.bench.run.play import one_thread
 from experiments.bench.run.rows import TrialRecord, drawn_here, recording_of
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import check_counts
@@ -178,9 +177,8 @@ def play_trial(
     trial: EpisodeTrial, *, env: str, options: Mapping[str, Any], steps: int | None, recorded: int
 ) -> TrialRecord:
     """Play one episode in a worker; the first ``recorded`` of the run with their recordings."""
-    cv2.setNumThreads(1)
     kept = trial.index < recorded
-    with threadpool_limits(1):
+    with one_thread():
         episode = play(load_behaviour(trial.condition), env, options, trial.seed, steps, images=kept)
     row = {**episode.row(), "trial": trial.index, "repeat": trial.repeat}
     recording = recording_of(lambda: record(episode)) if kept else None

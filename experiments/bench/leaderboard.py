@@ -11,11 +11,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from threadpoolctl import threadpool_limits
 
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
@@ -25,7 +23,7 @@ from experiments.bench.report.terminal import error_console
 from experiments.bench.run.description import begin_whole
 from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel
-from experiments.bench.run.play import ModelRunner
+from experiments.bench.run.play import ModelRunner, one_thread
 from experiments.bench.run.runs import Batch
 from experiments.bench.run.settings import watchers
 from experiments.bench.run.workers import Workers
@@ -546,8 +544,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
     frames = [frozen(clip[index].luma) for index in range(min(len(clip), 60))]
     runners = [ModelRunner(model, shape, keep=False) for model in models]
     taken: dict[str, list[float]] = {runner.label: [] for runner in runners}
-    cv2.setNumThreads(1)
-    with threadpool_limits(1):
+    with one_thread():
         for number in range(ROUNDS + 1):
             block = [frames[(number * BLOCK + i) % len(frames)] for i in range(BLOCK)]
             for runner in runners:

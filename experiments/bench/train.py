@@ -30,6 +30,7 @@ from experiments.bench.run import interrupts
 from experiments.bench.run.description import begun
 from experiments.bench.run.errors import UsageError
 from experiments.bench.run.files import Files
+from experiments.bench.run.play import one_thread
 from experiments.bench.run.provenance import versions
 from experiments.bench.run.settings import check_counts
 from experiments.bench.run.streams import stream
@@ -234,7 +235,7 @@ def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple
         require_training()
     for policy, file in missing:
         name, rounds = f"training seed {policy.seed}", policy.steps // policy.envs
-        with interrupts.once(), progress(name, rounds, pool.quiet, "steps of each env") as advance:
+        with interrupts.once(), one_thread(), progress(name, rounds, pool.quiet, "steps of each env") as advance:
             trained, curve = train(policy, advance)
             folder.mkdir(parents=True, exist_ok=True)
             curve.write_csv(folder / f"learning-{policy.seed}.csv")

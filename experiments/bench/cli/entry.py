@@ -18,6 +18,7 @@ ERROR = "error:"
 
 def begin() -> None:
     """See to Ctrl-C and threads, before anything is imported that minds them."""
+    interrupts.open_streams()
     interrupts.begin()
     atexit.register(interrupts.end)  # the first registered, so the last to run
     # The interpreter would look through all the libraries for garbage, twice, before it ends: 0.2 s of every command.

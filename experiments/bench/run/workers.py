@@ -233,6 +233,7 @@ def starting() -> Iterator[None]:
 
     They inherit that it is blocked in this thread, and ``sys.path``: a notebook has the current folder first there.
     """
+    interrupts.open_streams()
     path, safe, python = [*sys.path], os.environ.get(SAFE_PATH), sysconfig.get_path("stdlib")
     sys.path.sort(key=lambda entry: not entry.startswith(python) or "-packages" in entry)
     os.environ[SAFE_PATH] = "1"
