@@ -18,7 +18,7 @@ import polars as pl
 from experiments.bench.report.recordings import recordings_in
 from experiments.bench.run import parameters, provenance
 from experiments.bench.run.description import BEGUN, KIND, THRESHOLDS, begun, read_description
-from experiments.bench.run.errors import UsageError
+from experiments.bench.run.errors import UsageError, short
 from experiments.bench.run.files import NAME
 from experiments.bench.run.folder import has_tables, read_table
 from experiments.bench.run.models import counted_channel
@@ -361,6 +361,9 @@ def _runs_row(folder: Path) -> dict[str, Any]:
         run = load(folder)
     except UsageError as error:
         return {"run": str(folder), "trouble": str(error)}
+    except Exception as error:  # whatever is in a file of that name: the other runs are listed
+        why = f"{type(error).__name__}: {short(error)}"
+        return {"run": str(folder), "trouble": f"{folder}: cannot be read as a run ({why}); move it away"}
     return {
         "run": str(folder), "when": run.begun, "experiment": run.name, "seed": run.seed,
         "models": ", ".join(run.models), "changed": run.changed, "planned": run.planned, "done": run.done,

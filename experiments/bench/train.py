@@ -238,7 +238,7 @@ def run(policies: Sequence[TrainedPolicy], folder: Path, pool: Workers) -> tuple
         with interrupts.once(), one_thread(), progress(name, rounds, pool.quiet, "steps of each env") as advance:
             trained, curve = train(policy, advance)
             folder.mkdir(parents=True, exist_ok=True)
-            curve.write_csv(folder / f"learning-{policy.seed}.csv")
+            Files(folder).write_text(f"learning-{policy.seed}.csv", curve.write_csv())
             trained.save(file)
     names = (*(str(file.resolve()) for file in files), *OPPONENTS[first.env])
     judged = behave.episodes(names, first.env, first.options, JUDGED, 0)

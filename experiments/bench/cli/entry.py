@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import os
 import re
@@ -69,14 +70,21 @@ def _outcome() -> tuple[int, str]:
     except SystemExit as error:  # Rich and Typer end the process so where nobody reads on
         if isinstance(error.__context__, BrokenPipeError):
             return EXIT_CLOSED, ""
+        if trace := _users(error):
+            return EXIT_USAGE, trace
         raise
     except Exception as error:
-        user_code = sys.modules.get("experiments.bench.run.user_code")  # without it no user's file was run
-        if user_code and user_code.of_users(error):
-            return EXIT_USAGE, user_code.traced(error)
+        if trace := _users(error):
+            return EXIT_USAGE, trace
         if line := _line(error):
             return EXIT_USAGE, f"{ERROR} {line}"
         raise
+
+
+def _users(error: BaseException) -> str:
+    """Return the traceback of what a user's own file raised; empty for anything else."""
+    user_code = sys.modules.get("experiments.bench.run.user_code")  # without it no user's file was run
+    return user_code.traced(error) if user_code and user_code.of_users(error) else ""
 
 
 def _line(error: Exception) -> str:
@@ -84,7 +92,9 @@ def _line(error: Exception) -> str:
     if isinstance(error, ImportError):  # a missing OpenGL too
         return f"a library does not load: {error}; colias doctor names what is missing"
     if isinstance(error, OSError):
-        return f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        way_out = "; make room and repeat the command: with the same --out a run goes on" if full else ""
+        return f"{error.filename}: {error.strerror}{way_out}" if error.filename else str(error)
     from experiments.bench.run.errors import TrialError, UsageError
 
     return str(error) if isinstance(error, UsageError | TrialError) else ""

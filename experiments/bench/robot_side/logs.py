@@ -34,6 +34,7 @@ from experiments.bench.robot_side.qemu import Q15
 from experiments.bench.run import record as rerun
 from experiments.bench.run import rows as of_rows
 from experiments.bench.run.errors import UsageError, as_usage_error, check_known
+from experiments.bench.run.files import Files
 from experiments.bench.run.models import ConfiguredModel, look_up, parse_model
 from experiments.bench.run.play import Sample, Showing, Trial, play
 from experiments.bench.run.rows import COLUMN, OBSERVER
@@ -463,7 +464,7 @@ def write(recorded: Run, out: Path) -> None:
     table = table.rename({"sim_time_s": TIME}).with_columns(pl.lit(SIMULATION).alias("origin"))
     there = [name for name in SCHEMA if table[name].null_count() < table.height]
     out.mkdir(parents=True, exist_ok=True)
-    table.select(there).write_csv(out / LOG)
+    Files(out).write_text(LOG, table.select(there).write_csv())
     for recording in recorded.recordings:
         frames = pictures(recording).get("camera")
         if frames is not None:

@@ -256,7 +256,7 @@ class ModelRunner:
             return call()
         except ResponseError as error:
             self.trouble = f"in frame {self._frames}, {error}"
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self.trouble = traced(error)
         return None
 

@@ -109,7 +109,11 @@ def _module(path: Path) -> ModuleType:
                 del sys.modules[old]
             _digests[name] = {}
             importlib.invalidate_caches()
-        return importlib.import_module(name)
+        try:
+            return importlib.import_module(name)
+        except SystemExit as error:
+            status = error.code
+    raise UsageError(f"{path}: sys.exit({status!r}) ends its import: put that under if __name__ == '__main__'")
 
 
 class _UserFile(SourceFileLoader):

@@ -129,7 +129,7 @@ class _InProcess(Executor):
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             future.set_exception(error)
         return future
 
@@ -222,7 +222,7 @@ def _attempt(parcel: bytes) -> tuple[Any, str]:
         return work(job), ""
     except fatal:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         checked = isinstance(error, TrialError | UsageError) and not of_users(error)
         return None, str(error) if checked else traced(error)
 
