@@ -5,6 +5,7 @@ The time left is estimated from a run's own first jobs, on this machine.
 
 from __future__ import annotations
 
+import os
 import shlex
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -26,8 +27,12 @@ LINE_EVERY_S = 60.0
 """Seconds between lines of progress where there is no terminal to draw a bar on."""
 
 
-out_console = Console(soft_wrap=True, highlight=False, emoji=False, markup=False)
-error_console = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False, markup=False)
+_environ = {name: value for name, value in os.environ.items() if name != "COLUMNS" or value.strip("0")}
+"""Some terminals and pipelines set COLUMNS to 0, where they do not know it: to Rich no letter then has a place."""
+out_console, error_console = (
+    Console(stderr=stderr, soft_wrap=True, highlight=False, emoji=False, markup=False, _environ=_environ)
+    for stderr in (False, True)
+)
 """They print texts as they are: the terminal breaks lines, and brackets are no markup."""
 
 

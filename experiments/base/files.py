@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import datetime
+import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, count
@@ -44,6 +45,10 @@ def replacing(path: Path) -> Iterator[Path]:
     try:
         yield partial
         partial.replace(path)
+    except OSError as error:
+        if error.errno:
+            error.filename = error.filename or str(path)  # a write that fails names none
+        raise
     finally:
         partial.unlink(missing_ok=True)
 
@@ -95,13 +100,12 @@ class Files:
 
     def write_rows(self, name: str, rows: Sequence[Mapping[str, Any]]) -> None:
         """Write rows as CSV."""
-        with replacing(self.path(name)) as partial:
-            pl.DataFrame(rows, infer_schema_length=None).write_csv(partial)
+        self.write_text(name, pl.DataFrame(rows, infer_schema_length=None).write_csv())
 
     def write_table(self, path: Path, table: pl.DataFrame) -> None:
         """Write a table as Parquet at ``path``, in the folder or below it."""
-        with replacing(path) as partial:
-            table.write_parquet(partial)
+        table.write_parquet(data := io.BytesIO())  # of a full disk polars says only that it cannot compute
+        self.write_bytes(path, data.getvalue())
 
     def write_bytes(self, path: Path, data: bytes) -> None:
         """Write a file at ``path``, in the folder or below it."""

@@ -12,14 +12,26 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 STATUS = 130
 MESSAGE = "colias: interrupted"
 IMPATIENT_S = 1.0
 """Two signals nearer than this are one wish: a terminal and a parent may both send it."""
+
+
+def open_streams() -> None:
+    """Write to nowhere what a process that was started with a closed stream would write there: libraries flush it."""
+    while (number := os.open(os.devnull, os.O_RDWR)) <= 2:  # the lowest that is free, or a pipe would be taken for it
+        os.set_inheritable(number, True)
+    os.close(number)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - until the process ends
 
 
 def begin() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import functools
 import hashlib
 import importlib.metadata
@@ -10,10 +11,12 @@ import sys
 import sysconfig
 import threading
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from importlib.machinery import PathFinder, SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import Any
+from urllib.parse import unquote
 
 from experiments.base.errors import UsageError
 
@@ -30,8 +33,10 @@ USER_MODULE = "colias_user_"
 """Prefix of the names of modules made from users' files, so that two files may have one name."""
 PACKAGES = ("colias_sim", "dsnn", "scenes", "experiments")
 """Packages of this project."""
-_loaded: dict[Path, tuple[ModuleType, Mapping[str, str]]] = {}
-"""A user's file -> its module, and the SHA-256, by path, of the file and of its folder's modules that it imported."""
+_HIDDEN_BY_NONE = sys.stdlib_module_names.union(PACKAGES)
+_digests: dict[str, dict[str, str]] = {}
+"""Name of a user's file as a module -> the SHA-256, by path, of it and of its folder's modules that it imported."""
+Names = Mapping[str, object] | None
 _loading = threading.RLock()
 
 
@@ -49,7 +54,7 @@ def declared(path: Path, name: str, *kinds: type) -> Any:
     """Return what the file at ``path`` declares as ``name``, an object of one of the ``kinds``.
 
     A file is executed once in a process, and again when it, or a module of its folder that it imports, has changed.
-    Its folder comes first on ``sys.path``, as a script's does.
+    It imports the modules of its folder, as a script does, but for those that have the name of one of Python's.
 
     Raises
     ------
@@ -85,56 +90,78 @@ def declares(path: Path, name: str) -> bool:
 def digests(path: Path) -> Mapping[str, str]:
     """Return the SHA-256, by path, of a user's file and of the modules that it imported when it was executed here."""
     path = path.resolve()
-    return _loaded[path][1] if path in _loaded else {str(path): sha256(path)}
+    return _digests.get(_name(path)) or {str(path): sha256(path)}
+
+
+def _name(path: Path) -> str:
+    """Return the name of a user's file as a module, from which any process finds it."""
+    return USER_MODULE + str(path).replace("%", "%25").replace(".", "%2E")
 
 
 def _module(path: Path) -> ModuleType:
     if path.suffix != ".py" or not path.is_file():
         raise UsageError(f"{path}: no such file, or its name does not end in .py")
-    path = path.resolve()
+    name = _name(path.resolve())
     with _loading:
-        if path not in _loaded or any(
-            not Path(file).is_file() or sha256(Path(file)) != digest for file, digest in _loaded[path][1].items()
-        ):
-            _loaded[path] = _executed(path)
-        return _loaded[path][0]
+        files = _digests.get(name, {})
+        if any(not Path(file).is_file() or sha256(Path(file)) != digest for file, digest in files.items()):
+            for old in [other for other in list(sys.modules) if other.partition(".")[0] == name]:
+                del sys.modules[old]
+            _digests[name] = {}
+            importlib.invalidate_caches()
+        try:
+            return importlib.import_module(name)
+        except SystemExit as error:
+            status = error.code
+    raise UsageError(f"{path}: sys.exit({status!r}) ends its import: put that under if __name__ == '__main__'")
 
 
-def _executed(path: Path) -> tuple[ModuleType, Mapping[str, str]]:
-    """Execute a file; it imports the modules of its folder again."""
-    name = f"{USER_MODULE}{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None, "its name ends in .py"
-    module = importlib.util.module_from_spec(spec)
-    for folder in {path.parent, *(other.parent for other in _loaded)}:  # two folders may have a module of one name
-        for other in _modules_in(folder):
-            del sys.modules[other]
-    bytecode = sys.dont_write_bytecode
-    sys.path[:] = [str(path.parent), *(entry for entry in sys.path if entry != str(path.parent))]
-    importlib.invalidate_caches()
-    sys.dont_write_bytecode = True  # by time and size alone, an edit within a second could be taken for what it was
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        sys.dont_write_bytecode = bytecode
-    return module, {str(file): sha256(file) for file in sorted({path, *_modules_in(path.parent).values()})}
+class _UserFile(SourceFileLoader):
+    """A user's file, which is a package, or a module of its folder, which is in that package.
+
+    So it replaces no module of the caller's, two folders may have modules of one name, and none hides one of Python's.
+    """
+
+    @classmethod
+    def find_spec(cls, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> Any:
+        """Find a user's file by its name, or a module of its folder by the ``path`` of that; see `sys.meta_path`."""
+        own, file = name.startswith(USER_MODULE), unquote(name.removeprefix(USER_MODULE))
+        spec = PathFinder.find_spec(name, path, target) if own and path is not None else None
+        if own and path is None:
+            folder = str(Path(file).parent)
+            spec = importlib.util.spec_from_file_location(name, file, submodule_search_locations=[folder])
+            if folder not in sys.path:
+                sys.path.append(folder)  # for what asks by name, such as a pickle; the last, so that it hides nothing
+        if spec is not None and spec.has_location and spec.origin:
+            _digests.setdefault(name.partition(".")[0], {})[spec.origin] = sha256(Path(spec.origin))
+            spec.loader = cls(name, spec.origin) if isinstance(spec.loader, SourceFileLoader) else spec.loader
+        return spec
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Execute the file, whose ``import`` looks in its folder."""
+        found = functools.partial(_imported, self.name.partition(".")[0])
+        vars(module)["__builtins__"] = {**vars(builtins), "__import__": found}
+        super().exec_module(module)
+
+    def get_code(self, fullname: str) -> CodeType:
+        """Compile the file: by time and size, as bytecode is told, an edit within a second is none."""
+        return self.source_to_code(self.get_data(self.path), self.path)
 
 
-def _modules_in(folder: Path) -> dict[str, Path]:
-    """Return the modules that are loaded from a user's folder and below it -> their files."""
-    loaded = list(sys.modules.items())  # another thread may import something meanwhile
-    files = {name: getattr(module, "__file__", None) for name, module in loaded}
-    places = {
-        name: _place(file)
-        for name, file in files.items()
-        if isinstance(file, str) and not name.startswith(("__main__", USER_MODULE))
-    }
-    return {name: place for name, place in places.items() if place.is_relative_to(folder) and is_users(place)}
+sys.meta_path.insert(0, _UserFile)
 
 
-_place = functools.cache(lambda file: Path(file).resolve())
-"""Resolve a module's path, once: there are two thousand of them."""
+def _imported(
+    package: str, name: str, of: Names = None, local: Names = None, fromlist: Sequence[str] = (), level: int = 0
+) -> ModuleType:
+    """Import for the files of a folder: its modules are found first, but none that hides one of Python's or of ours."""
+    first = name.partition(".")[0]
+    if not level and first not in _HIDDEN_BY_NONE:
+        own = importlib.util.find_spec(f"{package}.{first}")
+        if own and (own.has_location or not getattr(importlib.util.find_spec(first), "has_location", False)):
+            module = __import__(f"{package}.{name}", of, local, fromlist)
+            return module if fromlist else sys.modules[f"{package}.{first}"]
+    return __import__(name, of, local, fromlist, level)
 
 
 def sha256(path: Path) -> str:

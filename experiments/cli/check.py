@@ -44,7 +44,7 @@ def try_laws(laws: Sequence[Callable[[T], None]], subject: T) -> dict[Callable[[
         troubles[law] = ""
         try:
             law(subject)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             ours = isinstance(error, ValueError) and not of_users(error)
             troubles[law] = str(error) if ours else traced(error)
     return troubles

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import gc
 import os
 import re
@@ -18,6 +19,7 @@ ERROR = "error:"
 
 def begin() -> None:
     """See to Ctrl-C and threads, before anything is imported that minds them."""
+    interrupts.open_streams()
     interrupts.begin()
     atexit.register(interrupts.end)  # the first registered, so the last to run
     # The interpreter would look through all the libraries for garbage, twice, before it ends: 0.2 s of every command.
@@ -68,15 +70,22 @@ def _outcome() -> tuple[int, str]:
     except SystemExit as error:  # Rich and Typer end the process so where nobody reads on
         if isinstance(error.__context__, BrokenPipeError):
             return EXIT_CLOSED, ""
+        if trace := _users(error):
+            return EXIT_USAGE, trace
         raise
     except Exception as error:
-        from experiments.base import user_code
-
-        if user_code.of_users(error):
-            return EXIT_USAGE, user_code.traced(error)
+        if trace := _users(error):
+            return EXIT_USAGE, trace
         if line := _line(error):
             return EXIT_USAGE, f"{ERROR} {line}"
         raise
+
+
+def _users(error: BaseException) -> str:
+    """Return the traceback of what a user's own file raised; empty for anything else."""
+    from experiments.base import user_code
+
+    return user_code.traced(error) if user_code.of_users(error) else ""
 
 
 def _line(error: Exception) -> str:
@@ -84,7 +93,9 @@ def _line(error: Exception) -> str:
     if isinstance(error, ImportError):  # a missing OpenGL too
         return f"a library does not load: {error}; colias doctor names what is missing"
     if isinstance(error, OSError):
-        return f"{error.filename}: {error.strerror}" if error.filename else str(error)
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        way_out = "; make room and repeat the command: with the same --out a run goes on" if full else ""
+        return f"{error.filename}: {error.strerror}{way_out}" if error.filename else str(error)
     from experiments.base.errors import TrialError, UsageError
 
     return str(error) if isinstance(error, UsageError | TrialError) else ""

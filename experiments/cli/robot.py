@@ -114,13 +114,14 @@ def decode(
     missing.
     """
     from experiments.base.console import count, out_console, show_places
+    from experiments.base.files import Files
     from experiments.robot import logs
 
     options.check_new(out)
     frames, board, skipped = logs.decode(serial.read_bytes())
     out.mkdir(parents=True, exist_ok=True)
-    logs.log_of(frames, board).write_csv(out / "log.csv")
-    frames.select("trial", "frame", "cycles").write_csv(out / "cycles.csv")
+    Files(out).write_text("log.csv", logs.log_of(frames, board).write_csv())
+    Files(out).write_text("cycles.csv", frames.select("trial", "frame", "cycles").write_csv())
     sent = product(range(board.get("trials", 0)), range(board.get("frames", 0)))
     missing = sorted({*sent} - {*frames.select("trial", "frame").iter_rows()})
     out_console.print(

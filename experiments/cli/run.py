@@ -176,16 +176,15 @@ def live(
     A recording is a run of the trial since it began, which colias run --again repeats bit for bit. Without --model
     the DSNN is shown. Open the address that it prints in a browser; Ctrl-C ends it. Needs viser: the extra [live].
     """
-    from threadpoolctl import threadpool_limits
-
     from experiments.live.page import Page
     from experiments.live.session import Session
     from experiments.settings.models import shown_models
     from experiments.settings.settings import check_counts
+    from experiments.show.play import one_thread
 
     check_counts(seed)
     page = Page(Session(shown_models(["dsnn"], model, only), assignments or (), seed), port)
-    with threadpool_limits(1):
+    with one_thread():
         page.serve()
     return 0
 

@@ -150,8 +150,8 @@ def video(
 def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter: float) -> None:
     """Write a stimulus as pictures, and the truth about each of them as a table."""
     import numpy as np
-    import polars as pl
 
+    from experiments.base.files import Files
     from experiments.declare.clip import find_stimulus
     from experiments.kinds.footage import clip_of
     from experiments.show.clips import truth_of
@@ -162,7 +162,7 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
     clip = clip_of(find_stimulus(name), texts, jitter).build(seed)
     write_pictures(out, np.stack([frame.luma for frame in clip]), ".png")
     rows = [{"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth)} for index, frame in enumerate(clip)]
-    pl.DataFrame(rows, infer_schema_length=None).write_csv(out / "truth.csv")
+    Files(out).write_rows("truth.csv", rows)
 
 
 def list_names(

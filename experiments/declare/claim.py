@@ -179,7 +179,7 @@ class Claim:
             return Outcome.unjudged("nothing to judge it on was shown")
         try:
             outcome = _outcome(self.judge(trials, *more))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             why = f"its judge raised {type(error).__name__}"
             outcome = dataclasses.replace(Outcome.unjudged(why, reason="judge failed"), trouble=traced(error))
         return outcome if outcome.n else dataclasses.replace(outcome, n=len(trials))

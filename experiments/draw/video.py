@@ -7,6 +7,7 @@ that a recording may be long.
 from __future__ import annotations
 
 import contextlib
+import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -378,14 +379,23 @@ def make(
 
     times, shown = film_times(reel, rate, speed)
     canvas, (codec, options) = Canvas(reel, size or (1280, 720)), CODING[out.suffix]
-    with replacing(out) as partial, contextlib.closing(imageio_ffmpeg.write_frames(
-        str(partial), canvas.figure.canvas.get_width_height(), fps=shown, codec=codec, quality=None,
-        macro_block_size=1, ffmpeg_log_level="fatal", output_params=options.split(),
-    )) as film:  # fmt: skip
+    with replacing(out) as partial:
+        film = imageio_ffmpeg.write_frames(
+            str(partial), canvas.figure.canvas.get_width_height(), fps=shown, codec=codec, quality=None,
+            macro_block_size=1, ffmpeg_log_level="quiet", output_params=options.split(),
+        )  # fmt: skip
         film.send(None)
-        for time_s, seen in zip(times.tolist(), reel.seen(times.tolist()), strict=True):
-            film.send(np.ascontiguousarray(canvas.frame(time_s, seen)))
-            advance()
+        ffmpeg = inspect.getgeneratorlocals(film)["p"]
+        with contextlib.closing(film):
+            for time_s, seen in zip(times.tolist(), reel.seen(times.tolist()), strict=True):
+                picture = np.ascontiguousarray(canvas.frame(time_s, seen))
+                with contextlib.suppress(OSError, StopIteration):  # it has ended: see below
+                    film.send(picture)
+                advance()
+        if ffmpeg.returncode:
+            with contextlib.suppress(OSError):
+                ffmpeg.stdin.close()  # which has a frame that nobody takes
+            raise OSError(f"{out}: ffmpeg could not write it to its end: is the disk full?")
     return len(times)
 
 

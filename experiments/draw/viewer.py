@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import signal
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from colias_sim.gl import has_screen
+from experiments.base.console import out_console
 from experiments.base.errors import UsageError
 
 if TYPE_CHECKING:
@@ -20,6 +25,8 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 START_S, SETTLES_S, ANSWERS_S = 20.0, 1.0, 2.0
 """How long a viewer may take to listen, to find that it has no window, and to answer."""
+QUIET = {"RUST_LOG": "error", "CI": "true"}
+"""Environment of a viewer: without its log, and without its reports of use, which it makes nowhere in a test run."""
 MEMORY = "1GB"
 """A viewer then drops the oldest data: a camera may run for days."""
 
@@ -58,7 +65,7 @@ def opened(instead: str) -> str:
     command += ["--memory-limit", MEMORY, "--expect-data-soon", "--hide-welcome-screen"]
     # A session of its own: Ctrl-C is meant for the command, not for the viewer.
     quiet = subprocess.DEVNULL  # or a pipe that reads our output would wait for the viewer
-    viewer = subprocess.Popen(command, stdout=quiet, stderr=quiet, start_new_session=True)
+    viewer = subprocess.Popen(command, env=QUIET | os.environ, stdout=quiet, stderr=quiet, start_new_session=True)
     deadline = time.monotonic() + START_S
     while viewer.poll() is None and time.monotonic() < deadline:
         listening = listens(port)
@@ -80,10 +87,38 @@ TIMELINE, WINDOW, PAINTS_S = "time", "1400x840", 60.0
 """Timeline and size of a picture, and how long it may take."""
 
 
+@contextmanager
+def _running(*options: str, stderr: int | None = None) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a viewer that listens on this machine alone; it ends with the block, and when SIGTERM ends this process."""
+    command = [*program(), "--bind", HOST, *options]
+    with subprocess.Popen(command, env=QUIET | os.environ, stdout=subprocess.DEVNULL, stderr=stderr) as child:
+        before = signal.signal(signal.SIGTERM, lambda *_: child.terminate())
+        try:
+            yield child
+        finally:
+            child.terminate()
+            signal.signal(signal.SIGTERM, before)
+
+
 def show(files: Sequence[Path], *, web: bool = False) -> int:
-    """Open recordings in Rerun, listening on 127.0.0.1 only, and wait until it is closed; returns its exit status."""
+    """Open recordings in Rerun, in a browser its address is printed for, and wait until it is closed.
+
+    Returns
+    -------
+    int
+        Its exit status.
+    """
     paths = [str(file.absolute()) for file in files]  # a name such as --save=a.rrd is no option
-    return subprocess.run([*program(), "--bind", HOST, *(["--web-viewer"] if web else []), *paths]).returncode
+    port, page = free_port(), free_port()
+    # With a screen it opens the browser too.
+    served = ["--web-viewer" if has_screen() else "--serve-web", "--web-viewer-port", f"{page}"] if web else []
+    with _running("--port", f"{port}", *served, *paths) as child:
+        while web and child.poll() is None and not listens(page):
+            time.sleep(0.05)
+        if web and child.poll() is None:
+            out_console.print(f"http://{HOST}:{page}?url={quote(url(port), safe='')} shows them; Ctrl-C ends it")
+        status = child.wait()
+    return status if status >= 0 else 128 - status
 
 
 def screenshot(file: Path, place: Path) -> None:
@@ -104,9 +139,8 @@ def screenshot(file: Path, place: Path) -> None:
     from rerun.experimental import ViewerClient
 
     port = free_port()
-    options = ["--headless", "--hide-welcome-screen", "--window-size", WINDOW, "--bind", HOST, "--port", f"{port}"]
-    quiet = subprocess.DEVNULL
-    with subprocess.Popen([*program(), *options, str(file.absolute())], stdout=quiet, stderr=quiet) as child:
+    options = ["--headless", "--hide-welcome-screen", "--window-size", WINDOW, "--port", f"{port}"]
+    with _running(*options, str(file.absolute()), stderr=subprocess.DEVNULL) as child:
         try:
             deadline = time.monotonic() + PAINTS_S
             while not listens(port):
@@ -116,8 +150,6 @@ def screenshot(file: Path, place: Path) -> None:
             place.write_bytes(_painted(ViewerClient.connect(url(port)), deadline))
         except (ConnectionError, TimeoutError):
             raise UsageError(f"Rerun's viewer broke off while it opened {file}") from None
-        finally:
-            child.kill()
 
 
 def _painted(viewer: ViewerClient, deadline: float) -> bytes:

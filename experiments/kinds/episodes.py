@@ -10,9 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-import cv2
 import polars as pl
-from threadpoolctl import threadpool_limits
 
 from colias_sim.arena import arena_files
 from colias_sim.config import known_arena
@@ -33,6 +31,7 @@ from experiments.kinds.tables import BEHAVIOURS, shipped
 from experiments.settings.models import choose, named_model
 from experiments.settings.settings import check_counts
 from experiments.show.episodes import EPISODES, STEPS, EpisodeTrial, env_id, play, record
+from experiments.show.play import one_thread
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
@@ -181,9 +180,8 @@ def play_trial(
     trial: EpisodeTrial, *, env: str, options: Mapping[str, Any], steps: int | None, recorded: int
 ) -> TrialRecord:
     """Play one episode in a worker; the first ``recorded`` of the run with their recordings."""
-    cv2.setNumThreads(1)
     kept = trial.index < recorded
-    with threadpool_limits(1):
+    with one_thread():
         episode = play(load_behaviour(trial.condition), env, options, trial.seed, steps, images=kept)
     row = {**episode.row(), "trial": trial.index, "repeat": trial.repeat}
     recording = recording_of(lambda: record(episode)) if kept else None

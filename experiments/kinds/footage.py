@@ -137,12 +137,18 @@ class Recorder:
         Where they are sent, a `rerun.RecordingStream`; otherwise nowhere.
     every_s
         Time after which a block is sent that is not full.
+
+    Attributes
+    ----------
+    trouble
+        Why there is no recording, once that is known.
     """
 
     def __init__(self, models: Sequence[ConfiguredModel], stream: Any = None, every_s: float = math.inf) -> None:
         self._models, self._stream, self._every_s = models, stream, every_s
         self._block: list[tuple[Sample, list[Response | None]]] = []
         self._frames, self._sent_s = 0, 0.0
+        self.trouble: str | None = None
 
     def see(self, showing: Showing) -> None:
         """Take the last frame."""
@@ -182,7 +188,8 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
     if file is None and not view:
         yield Recorder(trial.models)
         return
-    os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off")  # a viewer that was closed is not missed
+    # A viewer that was closed is not missed, and a full disk is told below.
+    os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off,re_log_encoding=off")
     import rerun as rr
 
     from experiments.show import record
@@ -192,7 +199,11 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
     if view:
         sinks.append(rr.GrpcSink(viewer.opened("the Rerun viewer did not open on this screen: give --no-view")))
     stream = rr.RecordingStream(record.APPLICATION)
-    stream.set_sinks(*sinks, default_blueprint=record.page(record.views(content)))
+    try:
+        stream.set_sinks(*sinks)
+    except RuntimeError as error:
+        raise OSError(f"{file}: {error}") from None
+    record.send_layout(stream, record.layout_chunks(content))
     stream.send_recording_name(trial.label())
     stream.send_chunks(record.static(content))
     recorder = Recorder(trial.models, stream, EVERY_S if view else math.inf)
@@ -201,13 +212,16 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
         recorder.send()
     finally:
         try:
-            stream.flush(timeout_sec=5.0 if view else math.inf)
+            stream.flush(timeout_sec=5.0 if view else 60.0)
         except RuntimeError as error:
             error_console.print(f"note: not everything was shown or recorded: {error}")
         stream.disconnect()
         rr.init(record.APPLICATION, init_logging=False)  # or the stream's threads stay: see `record.write`
-        if file is not None:
+        if file is not None and record.is_whole(part(file)):
             part(file).replace(file)
+        elif file is not None:
+            part(file).unlink(missing_ok=True)  # the rows may find room there
+            recorder.trouble = f"{file}: Rerun could not write it to its end: is the disk full?"
 
 
 def work(plan: Plan[Trial], out: Path, pool: Workers) -> None:
@@ -226,7 +240,7 @@ def work(plan: Plan[Trial], out: Path, pool: Workers) -> None:
     with closing(RunFolder(out, *plan.schemas, plan.parameters)) as folder:
         folder.enter(plan.document())
         recording = folder.recording(0) if plan.asked.option("recordings", True) else None
-        number = 0 if source.count is None else source.count
+        number, done = 0 if source.count is None else source.count, None
         with (
             interrupts.once(source.stop),
             _recorder(trial, recording, view=bool(plan.live)) as recorder,
@@ -238,9 +252,12 @@ def work(plan: Plan[Trial], out: Path, pool: Workers) -> None:
                 advance()
 
             try:
-                folder.add(graded(plan, play(trial, images=False, watch=see)), source.label(), trial.seed)
+                done = play(trial, images=False, watch=see)
             except TrialError as error:
                 folder.fail(0, source.label(), trial.seed, str(error))
+        if done is not None:
+            done = replace(graded(plan, done), recording=recorder.trouble)
+            folder.add(done, source.label(), trial.seed)
         conclude(plan, folder)
 
 

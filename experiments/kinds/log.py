@@ -16,6 +16,7 @@ import polars as pl
 from dsnn import MODELS
 from experiments.base.console import error_console
 from experiments.base.errors import UsageError
+from experiments.base.files import Files
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.kinds import registry, trials
@@ -194,7 +195,7 @@ def write(recorded: Run, out: Path) -> None:
     table = table.with_columns(pl.lit(SIMULATION).alias("origin"))
     there = [name for name in SCHEMA if table[name].null_count() < table.height]
     out.mkdir(parents=True, exist_ok=True)
-    table.select(there).write_csv(out / LOG)
+    Files(out).write_text(LOG, table.select(there).write_csv())
     for recording in recorded.recordings:
         frames = pictures(recording).get("camera")
         if frames is not None:

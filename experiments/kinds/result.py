@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from experiments.base.errors import UsageError
+from experiments.base.errors import UsageError, short
 from experiments.base.files import NAME
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import WHOLE
@@ -404,6 +404,9 @@ def _runs_row(folder: Path) -> dict[str, Any]:
         run = load(folder)
     except UsageError as error:
         return {"run": str(folder), "trouble": str(error)}
+    except Exception as error:  # whatever is in a file of that name: the other runs are listed
+        why = f"{type(error).__name__}: {short(error)}"
+        return {"run": str(folder), "trouble": f"{folder}: cannot be read as a run ({why}); move it away"}
     return {
         "run": str(folder), "when": run.begun, "experiment": run.name, "seed": run.seed,
         "models": ", ".join(run.models), "changed": run.changed, "planned": run.planned, "done": run.done,

@@ -46,11 +46,12 @@ from experiments.kinds.kind import Kind
 from experiments.kinds.result import Run, load
 from experiments.settings.settings import check_counts
 from experiments.show.episodes import env_id, short_name
+from experiments.show.play import one_thread
 from experiments.store.asked import Asked
 from experiments.store.description import begun
 from experiments.store.plan import Plan, filled
 from experiments.store.provenance import versions
-from experiments.store.workers import Workers, without_interrupts
+from experiments.store.workers import Workers, starting
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -146,7 +147,7 @@ def train(policy: TrainedPolicy, advance: Callable[[], None]) -> tuple[TrainedPo
         return True
 
     processes: dict[str, Any] = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
-    with without_interrupts():
+    with starting():
         envs = make_vec_env(
             steered, policy.envs, env_kwargs={"policy": policy}, **(processes if policy.envs > 1 else {})
         )
@@ -236,10 +237,10 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
         require_training()
     for policy, file in missing:
         name, rounds = f"training seed {policy.seed}", policy.steps // policy.envs
-        with interrupts.once(), progress(name, rounds, pool.quiet, "steps of each env") as advance:
+        with interrupts.once(), one_thread(), progress(name, rounds, pool.quiet, "steps of each env") as advance:
             trained, curve = train(policy, advance)
             out.mkdir(parents=True, exist_ok=True)
-            curve.write_csv(out / f"learning-{policy.seed}.csv")
+            Files(out).write_text(f"learning-{policy.seed}.csv", curve.write_csv())
             trained.save(file)
     judged = _judging(plan, files)
     with pool.running(), filled(judged, out, pool) as folder:

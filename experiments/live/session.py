@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
-import cv2
-
 from colias_sim import Pose
 from dsnn import Response
 from experiments.base.errors import UsageError, as_usage_error
@@ -62,7 +60,6 @@ class Session:
     """
 
     def __init__(self, models: Sequence[str], texts: Sequence[str] = (), seed: int = 0) -> None:
-        cv2.setNumThreads(1)
         self.models, self.seed, self.speed_cm_s = tuple(models), seed, 8.0
         self.settings = dict(text.partition("=")[::2] for text in texts)
         self.values: dict[str, dict[str, str]] = {}

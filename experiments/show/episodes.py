@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
@@ -270,7 +271,8 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         One of colias_sim's envs, or wrappers around one. Envs of a vector env are wrapped one by one.
     path
         The .rrd file: the first episode is recorded. With ``{episode}`` in it, such as ``"runs/{episode:03d}.rrd"``,
-        each episode is, in a file with its number, from 0. A file that is there is replaced.
+        each episode is, in a file with its number, from 0. Other braces stay as they are. A file that is there is
+        replaced.
     episode_trigger
         Says of an episode's number whether it is recorded, as that of Gymnasium's ``RecordVideo`` does.
 
@@ -283,8 +285,6 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
     ------
     UsageError
         The env is none of colias_sim's. It is a ``ValueError``.
-    KeyError
-        The path has another field than ``{episode}``.
 
     Examples
     --------
@@ -382,7 +382,7 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         self.env.close()
 
     def _place(self, number: int) -> Path:
-        return Path(self._path.format(episode=number))
+        return Path(re.sub(r"\{episode(?::(.*?))?\}", lambda found: format(number, found[1] or ""), self._path))
 
     def _write(self) -> None:
         episode, self._episode = self._episode, None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any, Protocol
@@ -255,7 +256,7 @@ class ModelRunner:
             return call()
         except ResponseError as error:
             self.trouble = f"in frame {self._frames}, {error}"
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self.trouble = traced(error)
         return None
 
@@ -352,6 +353,18 @@ Record = Callable[[Any, Sequence[Showing], Sequence[Mapping[str, Any]]], bytes]
 """Writes the recording of a trial from what it showed and its rows, as the bytes of an .rrd file."""
 
 
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Keep OpenCV and BLAS to one thread: the cores are the workers', and a second saves a sixth of the time."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with threadpool_limits(1):
+            yield
+    finally:
+        cv2.setNumThreads(before)
+
+
 def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch | None = None) -> list[Showing]:
     """Show the frames of a trial to its models, eye by eye, on one thread.
 
@@ -371,9 +384,8 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
     TrialError
         Every model raised; it has their tracebacks. Or the trial itself could not be completed.
     """
-    cv2.setNumThreads(1)  # the cores are the workers': more threads cost a second core for a sixth of the time
     showings = []
-    with threadpool_limits(1):
+    with one_thread():
         for eye, source, models in trial.sources():
             showing = Showing(source, models, eye, images=images)
             showing.runners[0].maps = maps and models[0] is trial.models[0]

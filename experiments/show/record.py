@@ -16,11 +16,12 @@ Values are kept in columns and sent in blocks. What is equal in all recordings o
 
 from __future__ import annotations
 
-import tempfile
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -30,7 +31,7 @@ import pyarrow as pa
 import rerun as rr
 import rerun.blueprint as rrb
 import rerun_bindings
-from rerun.chunk import Chunk, RrdReader
+from rerun.chunk import Chunk
 
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.obstacles import Obstacle
@@ -42,6 +43,8 @@ from experiments.settings.models import ConfiguredModel
 from scenes import ARENA_RADIUS_CM, WALL_HEIGHT_CM
 
 APPLICATION = "colias-sim"
+END = b"RRF2FOOT"
+"""Near the end of an .rrd file; four bytes follow."""
 BLOB = pa.list_(pa.field("item", pa.uint8(), nullable=False))
 TIMELINE = "time"
 CAMERA, IMAGE = "world/observer/camera", "image"
@@ -203,6 +206,13 @@ def write(
         rr.init(APPLICATION, init_logging=False)
 
 
+def is_whole(file: Path) -> bool:
+    """Return whether a recording has its end, which one that was cut short lacks."""
+    with file.open("rb") as recording:
+        recording.seek(-min(file.stat().st_size, len(END) + 4), os.SEEK_END)
+        return recording.read(len(END)) == END
+
+
 def known(values: Mapping[str, Any]) -> rr.AnyValues:
     """Return values as a recording's properties, without those that are ``None``."""
     return rr.AnyValues(**{name: value for name, value in values.items() if value is not None})
@@ -221,19 +231,24 @@ def send_layout(stream: rr.RecordingStream, layout: Sequence[Chunk]) -> None:
     )
     memory: Any = blueprint.memory_recording()
     blueprint.send_chunks(layout)
-    rerun_bindings.send_blueprint(memory.storage, False, True, recording=stream.to_native())
+    rerun_bindings.send_blueprint(memory.storage, True, True, recording=stream.to_native())
     blueprint.disconnect()
 
 
 @lru_cache(maxsize=8)
 def layout_chunks(content: Content) -> tuple[Chunk, ...]:
-    """Return the layout of a content as chunks, encoded once."""
-    with tempfile.TemporaryDirectory(prefix="colias-") as folder:
-        path = Path(folder) / "layout.rbl"
-        page(views(content)).save(APPLICATION, str(path))
-        reader = RrdReader(path)
-        (store,) = reader.blueprints()
-        return tuple(reader.stream(store=store).to_chunks())
+    """Return the layout of a content as chunks, encoded once.
+
+    No file is written: on a full disk Rerun's own writer never returns. A layout is logged to what has a method for it.
+    """
+    chunks: list[Chunk] = []
+
+    def log(entity: str, archetype: rr.AsComponents, *, static: bool = False) -> None:
+        when = () if static else (rr.TimeColumn("blueprint", sequence=[0]),)
+        chunks.append(fixed(entity, archetype, when=when))
+
+    page(views(content))._log_to_stream(SimpleNamespace(log=log))  # type: ignore[arg-type]
+    return tuple(chunks)
 
 
 def times(time_s: Floats, frame: npt.NDArray[np.int64]) -> list[rr.TimeColumn]:
@@ -246,10 +261,10 @@ def chunk(entity: str, when: Sequence[rr.TimeColumn], columns: Iterable[Any]) ->
     return Chunk.from_columns(f"/{entity}", when, list(columns))
 
 
-def fixed(entity: str, *archetypes: rr.AsComponents) -> Chunk:
-    """Return what stays of an entity."""
+def fixed(entity: str, *archetypes: rr.AsComponents, when: Sequence[rr.TimeColumn] = ()) -> Chunk:
+    """Return what stays of an entity, from a single time on or for all."""
     batches = [batch for archetype in archetypes for batch in archetype.as_component_batches()]
-    return chunk(entity, (), [batch.partition([len(batch.as_arrow_array())]) for batch in batches])
+    return chunk(entity, when, [batch.partition([len(batch.as_arrow_array())]) for batch in batches])
 
 
 @lru_cache(maxsize=8)

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
-from threadpoolctl import threadpool_limits
-
 from dsnn.frames import frozen
 from dsnn.stimuli import stimulus
 from experiments.settings.models import ConfiguredModel
-from experiments.show.play import ModelRunner
+from experiments.show.play import ModelRunner, one_thread
 
 ROUNDS, BLOCK = 40, 4
 """Times that each model is timed, and frames in each time."""
@@ -36,8 +33,7 @@ def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> di
     frames = [frozen(clip[index].luma) for index in range(min(len(clip), 60))]
     runners = [ModelRunner(model, shape, keep=False) for model in models]
     taken: dict[str, list[float]] = {runner.label: [] for runner in runners}
-    cv2.setNumThreads(1)
-    with threadpool_limits(1):
+    with one_thread():
         for number in range(ROUNDS + 1):
             block = [frames[(number * BLOCK + i) % len(frames)] for i in range(BLOCK)]
             for runner in runners:

@@ -76,7 +76,10 @@ def read_description(folder: Path) -> dict[str, Any]:
         if (folder / "experiment.json").is_file():
             raise UsageError(f"{folder}: colias-sim 0.3 or earlier made this run, and reads it")
         raise UsageError(f"{folder}: no {NAME} there, so it is no run's folder")
-    description: dict[str, Any] = json.loads((folder / NAME).read_text(encoding="utf-8"))
+    try:
+        description: dict[str, Any] = json.loads((folder / NAME).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise UsageError(f"{folder / NAME}: is not a run's description: {error}") from None
     return description
 
 

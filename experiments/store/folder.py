@@ -7,6 +7,7 @@ where the joining itself is cut short: a trial's own files count more than the j
 
 from __future__ import annotations
 
+import io
 import json
 import shutil
 from collections.abc import Iterable, Mapping
@@ -19,7 +20,7 @@ from filelock import FileLock, Timeout
 
 from experiments.base.errors import UsageError
 from experiments.base.files import NAME as DESCRIPTION
-from experiments.base.files import Files, read_parquet, replacing
+from experiments.base.files import Files, read_parquet
 from experiments.settings.parameters import Parameters, of_model, with_columns
 from experiments.store.command import command_note
 from experiments.store.description import (
@@ -191,8 +192,8 @@ class RunFolder(Files):
         self._done.add(trial.index)
 
     def _write_part(self, trial: int, name: str, rows: pl.DataFrame) -> None:
-        with replacing(_part(self.folder, trial, name)) as partial:
-            rows.write_ipc_stream(partial, compression="lz4")  # a seventh of the time of Parquet
+        rows.write_ipc_stream(data := io.BytesIO(), compression="lz4")  # a seventh of the time of Parquet
+        self.write_bytes(_part(self.folder, trial, name), data.getvalue())
 
     def fail(self, trial: int, condition: str, seed: int, reason: str, model: str = "") -> None:
         """Note what could not be done: a trial, a ``model`` in one, or its recording."""

@@ -6,6 +6,8 @@ import contextlib
 import os
 import pickle
 import signal
+import sys
+import sysconfig
 import threading
 import time
 import warnings
@@ -27,6 +29,8 @@ QUEUED = 2
 """Jobs handed out for each worker: one under way and one waiting, so that no worker idles."""
 ANSWER_S, PATIENCE_S = 10.0, 20.0
 """Seconds that a Dask scheduler may take to connect; and between two looks at its workers, while no job finishes."""
+SAFE_PATH = "PYTHONSAFEPATH"
+"""The variable without which an interpreter looks for every module in the current folder first."""
 DIED = "its worker process died, and died again when the trial was repeated alone"
 
 
@@ -92,16 +96,16 @@ class Workers:
 
             # It renews a worker that has grown by 300 MB, as those of long runs do, and suspects a leak.
             warnings.filterwarnings("ignore", "A worker was restarted")
-            with without_interrupts():
+            with starting():
                 self._executor = loky.ProcessPoolExecutor(
-                    self._count, timeout=None, initializer=_begin_worker, initargs=(os.getpid(),)
+                    self._count, timeout=None, initializer=_begin_worker, initargs=(os.getpid(),), env={SAFE_PATH: "1"}
                 )
         else:
             self._executor = _InProcess()
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Hand out a job; its future raises ``BrokenExecutor`` if a worker process dies meanwhile."""
-        with without_interrupts():
+        with starting():
             return self._executor.submit(function, *arguments)
 
     def look(self) -> None:
@@ -125,7 +129,7 @@ class _InProcess(Executor):
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             future.set_exception(error)
         return future
 
@@ -218,23 +222,30 @@ def _attempt(parcel: bytes) -> tuple[Any, str]:
         return work(job), ""
     except fatal:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         checked = isinstance(error, TrialError | UsageError) and not of_users(error)
         return None, str(error) if checked else traced(error)
 
 
 @contextlib.contextmanager
-def without_interrupts() -> Iterator[None]:
-    """Start processes that never see Ctrl-C: they inherit that it is blocked in this thread."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
+def starting() -> Iterator[None]:
+    """Start processes that never see Ctrl-C, and in which no file of a user's hides a module of Python's.
+
+    They inherit that it is blocked in this thread, and ``sys.path``: a notebook has the current folder first there.
+    """
+    interrupts.open_streams()
+    path, safe, python = [*sys.path], os.environ.get(SAFE_PATH), sysconfig.get_path("stdlib")
+    sys.path.sort(key=lambda entry: not entry.startswith(python) or "-packages" in entry)
+    os.environ[SAFE_PATH] = "1"
     resource_tracker.ensure_running()  # it would be started with the first process, and unblock SIGINT in doing so
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        sys.path[:] = path
+        os.environ.pop(SAFE_PATH)
+        os.environ.update({SAFE_PATH: safe} if safe is not None else {})
 
 
 def _begin_worker(parent: int) -> None:

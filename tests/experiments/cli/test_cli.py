@@ -194,6 +194,16 @@ def test_a_reader_that_ends_early_is_no_failure():
     assert (done.returncode, done.stderr) == (141, b"")
 
 
+def test_closed_streams_and_an_unknown_width_are_no_hindrance(mine):
+    """As a daemon or a pipeline starts a command: with no stream at all, and with COLUMNS=0."""
+    asked = [*CLI, "run", "mine.py", "--workers", "1", "--no-recordings", "--out", "daemon"]
+    whole = os.environ | {"PYTHONPATH": str(REPOSITORY)}
+    closed = ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *asked]
+    assert subprocess.run(closed, cwd=mine, env=whole).returncode == 0
+    done = subprocess.run(asked, cwd=mine, env=whole | {"COLUMNS": "0"}, capture_output=True, text=True)
+    assert done.returncode == 0 and "crossing" in done.stdout, done.stderr
+
+
 def test_lists(colias):
     listed = colias("list").stdout
     assert all(name in listed for name in ("speed", "distance", "dsnn", "bright", "plain", "dim"))

@@ -12,6 +12,7 @@ import pytest
 from matplotlib.patches import Circle
 
 from experiments.base.errors import UsageError
+from experiments.base.files import part
 from experiments.cli import main
 from experiments.draw import video
 from experiments.draw.video import Canvas, Reel, changes, film_times, make, moments, strip
@@ -200,3 +201,12 @@ def test_wrong_uses_are_refused(trial, tmp_path, name, more):
     with pytest.raises(UsageError):
         main.command(["video", str(trial[1]), "--out", str(tmp_path / name), *more])
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".webp"])
+def test_a_film_that_the_disk_has_no_room_for_gets_no_name(trial, tmp_path, ending):
+    out = tmp_path / f"film{ending}"
+    part(out).symlink_to("/dev/full")
+    with pytest.raises(OSError, match=f"film{ending}.*full"):
+        make(trial[1], out, SIZE, 5.0)
+    assert not out.exists() and not part(out).is_symlink()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from pathlib import Path
 
 import cv2
@@ -15,11 +16,15 @@ from experiments.cli import main
 from experiments.draw import viewer
 from experiments.settings.models import choose
 from experiments.show.record import OFF, ON, rgb
+from tests.experiments.live.test_page import SOFTWARE_GL
 from tests.experiments.show.test_trial import spec
+from tests.helpers.browser import CHROMIUM, browser
 from tests.helpers.played import Played
+from tests.helpers.processes import CLI, members, start, wait_until
 
 DRIVERS = [*Path("/usr/share/vulkan/icd.d").glob("*lvp*"), *Path("/usr/local/share/vulkan/icd.d").glob("*lvp*")]
 CAMERA = "/world/observer/camera"
+ROOT = Path(__file__).parents[3]
 NEAR = 40
 """Difference of a pixel's red, green and blue from a colour, their sum, up to which it counts as of that colour."""
 
@@ -79,6 +84,28 @@ def test_the_first_screen_has_every_view_and_traces_in_the_models_colours(kind, 
     least = {rgb(tint): screen.shape[1] / 3 for tint in colours(models).values()}  # a trace crosses its lane
     for colour, count in {**least, **(dict.fromkeys((ON, OFF), 20) if kind is trial else {})}.items():
         assert (np.abs(screen - colour).sum(axis=2) <= NEAR).sum() > count, colour
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
+def test_a_browser_shows_the_designed_page_and_ends_with_the_command(tmp_path):
+    """A sixth of it has the ground of the models' lanes, which Rerun's own grid has nowhere."""
+    run = experiments.watch("plain", out=tmp_path / "run", quiet=True)
+    with start(tmp_path, *CLI, "view", str(run.recordings[0]), "--web", PYTHONPATH=str(ROOT)) as viewing:
+        try:
+            address = viewing.stdout.readline().split()[0]
+            with browser(tmp_path / "profile", *SOFTWARE_GL) as tab:
+                tab.show(address, 700, 420)
+                tab.until("document.querySelector('canvas') != undefined")
+
+                def ground() -> float:
+                    screen = decoded(base64.b64decode(tab.call("Page.captureScreenshot")["data"]))
+                    return float((screen == (250, 250, 247)).all(axis=2).mean())
+
+                assert wait_until(lambda: ground() > 0.1, 120), ground()
+        finally:
+            viewing.terminate()
+        assert (viewing.communicate(), viewing.returncode) == (("", ""), 143)
+        assert wait_until(lambda: not members(viewing.pid), 20), "Rerun runs on"
 
 
 def test_a_scene_is_drawn_into_a_file_without_a_screen(tmp_path, monkeypatch):

@@ -1,5 +1,6 @@
 """Videos, cameras, pictures and stimuli before models: what the run's folder has is what was shown."""
 
+import resource
 import signal
 from pathlib import Path
 
@@ -348,3 +349,15 @@ def test_the_rate_of_a_film_is_its_own(rate):
     """Models are told by it that their parameters assume another."""
     source = VideoSource(written(Path(f"{rate}.mkv"), [ARROW] * 5, rate=rate))
     assert source.fps == source.columns()["fps"] == rate
+
+
+def test_a_recording_without_room_is_a_failure_of_its_own_and_gets_no_name(tmp_path):
+    _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, most))  # more than a table has, and less than a recording
+    try:
+        run = watch("plain", out=tmp_path / "out", quiet=True)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+    assert run.frames.height == run.trials["frames"].sum() > 0
+    assert run.failures["model"].to_list() == ["(recording)"] and not run.recordings
+    assert not list((tmp_path / "out" / "recordings").iterdir())

@@ -179,6 +179,13 @@ def test_which_episodes_are_recorded(name, trigger, files, tmp_path):
     assert [path.stem for path in recorded.recorded] == files == sorted(path.stem for path in tmp_path.iterdir())
 
 
+def test_braces_of_a_path_are_its_own(tmp_path):
+    recorded = RecordRerun(env(), tmp_path / "{a}{0}{" / "{episode:03d}.rrd")
+    drive(recorded)
+    recorded.close()
+    assert recorded.recorded == [tmp_path / "{a}{0}{" / "000.rrd"]
+
+
 def test_a_recording_says_its_seed_and_how_it_ended(tmp_path):
     """It is left by a reset or by closing the env, or it ends by its time, or by touching the wall."""
     recorded = RecordRerun(env(), str(tmp_path / "{episode}.rrd"))

@@ -2,15 +2,19 @@
 
 from dataclasses import replace
 
+import cv2
 import pytest
 
 from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from dsnn import DSNN
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import visit
+from experiments.kinds import episodes as behave
 from experiments.settings.settings import Settings, watchers
+from experiments.show import timing as leaderboard
 from experiments.show.play import play
 from experiments.show.robot import RobotTrial
+from experiments.store.asked import Asked
 
 SHOWN = (
     "dsnn",
@@ -51,3 +55,29 @@ def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(c
     assert (len(steps), len(follows)) == (networks * together["dsnn"].height, followers)
     for model in models[1:]:
         assert together[model.label].equals(responses(alone, model)[model.label]), model.label
+
+
+def trial():
+    settings = Settings(watchers(("emd",), ())[0], RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+    return play(RobotTrial("test", 0, 0, 7, by_hand(replace(STEADY, frames=2)), settings))
+
+
+def episode():
+    options = {"env": "Optomotor", "baselines": False, "steps": 2}
+    planned = behave.plan(Asked(kind="episodes", what=("straight",), repeats=1, options=options))
+    return planned.work(planned.trials[0])
+
+
+def costs():
+    return leaderboard.time_models(watchers(("emd",), ())[0], (24, 32))
+
+
+@pytest.mark.parametrize("work", [trial, episode, costs])
+def test_a_caller_s_threads_are_put_back(work):
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(before + 2)
+    try:
+        assert work()
+        assert cv2.getNumThreads() == before + 2
+    finally:
+        cv2.setNumThreads(before)

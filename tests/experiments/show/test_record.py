@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ from experiments.show.record import (
     Content,
     Frames,
     RecordedModel,
+    is_whole,
+    layout_chunks,
     model_entity,
     outlines,
     rgb,
@@ -104,8 +107,22 @@ def test_a_layer_is_warm_where_it_became_brighter_and_cool_where_darker(layer, g
     assert [map_colours(layer)[value] for value in (still, grey)] == [STILL, tint]
 
 
-def test_a_saved_layout_is_opened_with_and_is_not_put_over_a_reader_s_own(tmp_path):
+def test_a_recording_is_made_without_room_for_temporary_files(monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", "/dev/full")
+    layout_chunks.cache_clear()
+    assert write(CONTENT, Frames(np.zeros(0), np.zeros(0, np.int64)), "looks")
+
+
+def test_a_recording_that_was_cut_is_not_whole(tmp_path):
+    path = written(tmp_path / "a.rrd")
+    assert is_whole(path)
+    for size in (path.stat().st_size - 1, 1000, 5, 0):
+        path.write_bytes(path.read_bytes()[:size])
+        assert not is_whole(path)
+
+
+def test_a_saved_layout_is_opened_with(tmp_path):
     command = [*program(), "rrd", "print", str(written(tmp_path / "a.rrd"))]
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     orders = re.findall(r"BlueprintActivationCommand.*(make_active.*)", printed)
-    assert orders == ["make_active: false, make_default: true)"]
+    assert orders == ["make_active: true, make_default: true)"]
