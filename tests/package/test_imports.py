@@ -112,6 +112,28 @@ def test_every_package_has_a_floor():
     assert {f"experiments.{name}" for name in there} == {name for name in FLOORS if name.startswith("experiments.")}
 
 
+def test_contributing_draws_the_imports_as_they_are():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    drawn = re.findall(r"^(\w+)/ .* imports ([\w, ]+)$", text, re.MULTILINE)
+    ours = {package: {other.split(".")[0] for module in modules() if module.split(".")[0] == package
+                      for other in imported(module)} - {package} for package in PACKAGES}  # fmt: skip
+    assert {package: {*others.split(", ")} - {"nothing"} for package, others in drawn} == ours
+
+
+def test_contributing_names_the_floors_in_their_order_and_where_things_are_added():
+    """Where a recipe adds to a table, the file has it."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = text.split("| in `experiments/` |")[1].split("\n\n")[0].splitlines()[2:]
+    named = ["experiments." + re.findall(r"`(\w+)/`", row)[0] for row in rows]
+    assert named == [name for name in FLOORS if name.startswith("experiments.")]
+    for row in text.split("| to add | write | and add it to |")[1].split("\n\n")[0].splitlines()[2:]:
+        places = [ROOT / place for place in re.findall(r"`(\w+/[\w/.]*)`", row)]
+        assert all(place.exists() for place in places), row
+        for table in re.findall(r"`(_?[A-Z]+)`", row):
+            files = [file for place in places for file in (place.glob("*.py") if place.is_dir() else [place])]
+            assert any(re.search(rf"^{table}\b", file.read_text(), re.MULTILINE) for file in files), (table, row)
+
+
 def strings(module: str) -> Iterator[str]:
     """Every string of a module that names a module of ours, with its attribute or without; docstrings are none."""
     tree = ast.parse(modules()[module].read_text(encoding="utf-8"))
