@@ -123,7 +123,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
             self._rate = rate if rng.random() < 0.5 else -rate
         if self.options.disturbance == "push":
             torque = float(np.interp(abs(math.degrees(self._rate)), _PUSHED_DEG_S, _PUSH_N_M))
-            self._sim.robots[OBSERVER].twist(math.copysign(torque, self._rate))
+            self._observer.twist(math.copysign(torque, self._rate))
             return self._rate
         self._sim.turn_wall(self._sim.wall_turn + self._rate * dt)
         return -self._rate
