@@ -35,28 +35,28 @@ def simulation(camera: CameraConfig) -> Simulation:
 
 def renders(sim: Simulation) -> Iterator[None]:
     """Expose the camera to each frame of a crossing: the stimulus is put a third of a pixel farther each time."""
-    camera, rng = sim.camera.config, np.random.default_rng(0)
+    camera, rng = sim.camera("observer").config, np.random.default_rng(0)
     for i in range(FRAMES):
         place = Pose(camera.forward_cm / 100 + 0.08, 0.006 - i * STEP * 0.08 / camera.focal_px, -math.pi / 2)
         if i == 0:
             sim.reset({"stimulus": place}, rng)
         sim.robots["stimulus"].place(place)
         mujoco.mj_forward(sim.model, sim.data)
-        sim.camera.expose(sim.data)
+        sim.camera("observer").expose(sim.data)
         yield
 
 
 def crossing(camera: CameraConfig) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Frames (T, R, C) without noise, and HS on them."""
     with simulation(camera) as sim:
-        stack = np.stack([sim.camera.develop(np.random.default_rng(0), 0.0).luma for _ in renders(sim)])
+        stack = np.stack([sim.camera("observer").develop(np.random.default_rng(0), 0.0).luma for _ in renders(sim)])
     return stack.astype(float), DSNN((72, 99), DSNNParams.robot()).run(stack).hs[20:]
 
 
 def rendered(sim: Simulation) -> int:
     """Render a crossing, and return the number of frames."""
     for _ in renders(sim):
-        sim.camera.skip()
+        sim.camera("observer").skip()
     return FRAMES
 
 

@@ -32,8 +32,6 @@ PHYSICS = ("gravity", "integrator", "solver", "cone", "disableflags", "enablefla
 """Options of the physics, which must equal the ones of ``arena_base.xml``."""
 HULL = 2
 """The bit of ``contype`` and ``conaffinity`` by which robots' hulls and obstacles collide."""
-HIDDEN = (1, 2)
-"""Groups of geoms that become group 0 in an arena: the robot's eye does not render group 1, its own body."""
 
 
 def arena_files(source: str) -> dict[Path, str]:
@@ -94,8 +92,6 @@ def arena_spec(source: str) -> mujoco.MjSpec:
     for geom in spec.geoms:
         if geom.name != "floor" and (geom.contype or geom.conaffinity):
             geom.contype = geom.conaffinity = HULL
-        if geom.group in HIDDEN:
-            geom.group = 0
     return spec
 
 

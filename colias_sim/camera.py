@@ -26,7 +26,7 @@ from colias_sim.exposure import (
 )
 from colias_sim.offscreen import Offscreen
 from colias_sim.optics import Lamps, Noise, Tone, falloff, point_spread
-from colias_sim.scene import OWN_BODY_GROUP, steps_per_frame
+from colias_sim.scene import steps_per_frame
 from colias_sim.sensor import Sensor, render_shape, slots_of
 
 Floats = npt.NDArray[np.float32]
@@ -62,7 +62,7 @@ class Frame:
 
 
 class Camera:
-    """Renders one camera of a model as an OV7670 would see the scene.
+    """Renders one camera of a model as an OV7670 would see the scene, without the robot that it is part of.
 
     `Simulation` does all of the following. A frame is exposed by its ``renders``, and by the ``next_renders`` that are
     due before the next frame begins. Call `expose` for each render when it is due, then
@@ -91,15 +91,13 @@ class Camera:
         self._steps = steps_per_frame(config.fps)
         self._eye = mujoco.MjvCamera()
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
-        self._option = mujoco.MjvOption()
-        self._option.geomgroup[OWN_BODY_GROUP] = 0
         self._set_optics()
         self._last: Frame | None = None
         self._exposure_ms = config.exposure_ms
         self._lamps = Lamps(model) if needs_lamps(config) else None
         bright = self._lamps is not None
         self._offscreen = Offscreen(model, *render_shape(config), slots=slots_of(config), bright=bright)
-        self._sensor = Sensor(self._eye, self._option, self._offscreen, config)
+        self._sensor = Sensor(self._eye, self._offscreen, config)
         # Of this frame and the next: exposure time (ms), and physics steps from its last row's end to the frame's end.
         self._planned = self._next_planned = self._plan(0.0)
 

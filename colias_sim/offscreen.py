@@ -16,12 +16,15 @@ import numpy as np
 import numpy.typing as npt
 
 from colias_sim import gl
+from colias_sim.scene import groups_of, hidden
 
 MAX_GEOMS = 1000
 
 
 class Offscreen:
     """A framebuffer with its OpenGL context, for one thread at a time.
+
+    The view of a robot's eye is drawn without the robot itself.
 
     Parameters
     ----------
@@ -46,10 +49,13 @@ class Offscreen:
         self._use = ExitStack()
         self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
-        self._model, self._bright = model, bright
+        self._model, self._bright, self._option = model, bright, mujoco.MjvOption()
+        eyes = [eye for eye in map(model.camera, range(model.ncam)) if eye.name.endswith("/eye")]
+        self._own = {eye.id: groups_of(model, eye.name.removesuffix("/eye")) for eye in eyes}
+        self._nothing = model.geom_group[:0]
         self._pixels = np.empty((rows, columns, 3), np.uint8)
 
-    def render(self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption) -> npt.NDArray[np.uint8]:
+    def render(self, data: mujoco.MjData, camera: mujoco.MjvCamera) -> npt.NDArray[np.uint8]:
         """Render the view of a camera.
 
         Parameters
@@ -58,8 +64,6 @@ class Offscreen:
             State of the scene.
         camera
             A camera of the scene, or a free one.
-        option
-            What is drawn.
 
         Returns
         -------
@@ -71,25 +75,23 @@ class Offscreen:
         RuntimeError
             After `close`.
         """
-        return self._read(self._pixels, self._rect, self._drawn(self._rect, data, camera, option))
+        return self._read(self._pixels, self._rect, self._drawn(self._rect, data, camera))
 
-    def draw(
-        self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, rows: range, slot: int = 0
-    ) -> None:
+    def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera, rows: range, slot: int = 0) -> None:
         """Draw some rows of a picture into a slot of the framebuffer, for `read`.
 
         Drawing rows one by one and reading them together costs less than rendering them: OpenGL waits only in `read`.
 
         Parameters
         ----------
-        data, camera, option
+        data, camera
             As for `render`.
         rows
             Consecutive rows of the picture, counted from the *bottom*.
         slot
             Index of the slot.
         """
-        self._drawn(self._part(rows, slot), data, camera, option, rows)
+        self._drawn(self._part(rows, slot), data, camera, rows)
 
     def read(self, rows: range, slot: int = 0) -> npt.NDArray[np.uint8]:
         """Read rows that `draw` has drawn.
@@ -102,7 +104,7 @@ class Offscreen:
         return self._read(self._pixels[: len(rows)], self._part(rows, slot), self._current())
 
     def draw_into(
-        self, rect: tuple[int, int, int, int], data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
+        self, rect: tuple[int, int, int, int], data: mujoco.MjData, camera: mujoco.MjvCamera,
         dress: Callable[[mujoco.MjvScene], None] | None = None,
     ) -> None:  # fmt: skip
         """Draw the whole view of a camera into a rectangle of the picture, for `read_all`.
@@ -111,12 +113,12 @@ class Offscreen:
         ----------
         rect
             Left, bottom, width and height of the rectangle, in pixels.
-        data, camera, option
+        data, camera
             As for `render`.
         dress
             Called with the scene before it is drawn, to add geoms.
         """
-        self._drawn(mujoco.MjrRect(*rect), data, camera, option, dress=dress)
+        self._drawn(mujoco.MjrRect(*rect), data, camera, dress=dress)
 
     def read_all(self) -> npt.NDArray[np.uint8]:
         """Read the whole picture, in the form that `render` returns."""
@@ -126,12 +128,13 @@ class Offscreen:
         return mujoco.MjrRect(0, slot * self._rect.height + rows.start, self._rect.width, len(rows))
 
     def _drawn(
-        self, rect: mujoco.MjrRect, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption,
+        self, rect: mujoco.MjrRect, data: mujoco.MjData, camera: mujoco.MjvCamera,
         rows: range | None = None, dress: Callable[[mujoco.MjvScene], None] | None = None,
     ) -> _Surface:  # fmt: skip
         """Draw into a rectangle of the framebuffer: the whole view, or some rows of it."""
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
-        mujoco.mjv_updateScene(self._model, data, option, None, camera, everything, self._scene)
+        with hidden(self._own.get(camera.fixedcamid, self._nothing)):
+            mujoco.mjv_updateScene(self._model, data, self._option, None, camera, everything, self._scene)
         if rows is not None:
             for eye in self._scene.camera:
                 low, share = eye.frustum_bottom, (eye.frustum_top - eye.frustum_bottom) / self._rect.height

@@ -46,7 +46,7 @@ def reference_frame() -> Luma:
     eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, 0
     surface = Offscreen(model, *SHAPE)
     try:
-        return np.ascontiguousarray(surface.render(data, eye, mujoco.MjvOption())[::-1])
+        return np.ascontiguousarray(surface.render(data, eye)[::-1])
     finally:
         surface.close()
 

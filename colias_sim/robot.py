@@ -257,6 +257,9 @@ class ParkedRobot:
         The scene has no robot of that name.
     """
 
+    velocity = 0.0, 0.0
+    """It stands still, in m/s."""
+
     def __init__(self, model: mujoco.MjModel, name: str) -> None:
         self.name = name
         body = model.body(f"{name}/base")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 import cv2
 import mujoco
@@ -16,12 +17,9 @@ from colias_sim.obstacles import FENCE, check_room
 from dsnn.pictures import read_picture
 from scenes import ARENA_RADIUS_CM, ROBOTS, WALL_HEIGHT_CM, WALL_PANELS
 
-DRAWN_GROUP, COLLISION_GROUP = 0, 3
+COLLISION_GROUP = 3
+"""Group of the geoms that collide and are not drawn. MuJoCo draws groups 0 to 2."""
 FENCE_DEPTH, FENCE_HEIGHT = 0.01, 0.03  # half extents, metres
-OWN_BODY_GROUP = 1
-"""Group of the geoms of the robot whose camera is used. Its camera does not render this group, because the lens is in
-front of the whole body.
-"""
 
 WALL_TEXELS = 384, 2048
 """Texels up and around a wall with a picture: twice as fine as the arenas' own."""
@@ -67,9 +65,8 @@ def timestep(fps: float) -> float:
 
 
 def compose(
-    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str,
-    *, fence: bool = False,
-) -> mujoco.MjSpec:  # fmt: skip
+    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], *, fence: bool = False
+) -> mujoco.MjSpec:
     """Compose an arena and robots into one MuJoCo specification.
 
     Parts of a robot called ``stimulus`` have the names ``stimulus/base``, ``stimulus/eye`` and so on.
@@ -80,8 +77,6 @@ def compose(
         The settings of the apparatus.
     robots
         Name -> variant (``colias``, ``colias_black``, ...) of each robot.
-    eye_of
-        Name of the robot with the active camera.
     fence
         Whether robots collide with the wall; otherwise the wall is only visible.
 
@@ -93,20 +88,17 @@ def compose(
     Raises
     ------
     ValueError
-        The arena or a variant is unknown, `colias_sim.arena.arena_spec` refuses the arena, or ``eye_of`` is not one of
-        the robots.
+        The arena or a variant is unknown, or `colias_sim.arena.arena_spec` refuses the arena.
     """
     spec = arena_spec(scene.arena)
     spec.option.timestep = timestep(camera.fps)
     if scene.wall:
         set_wall(spec, scene.wall)
-    if eye_of not in list(robots) or any(variant not in list(ROBOTS) for variant in robots.values()):
-        raise ValueError(f"robots are {dict(robots)}, camera of '{eye_of}': variants are {', '.join(ROBOTS)}")
+    if any(variant not in list(ROBOTS) for variant in robots.values()):
+        raise ValueError(f"robots are {dict(robots)}: variants are {', '.join(ROBOTS)}")
     for name, variant in robots.items():
         child = robot_spec(variant, robot, camera, scene)
         child.option.timestep = spec.option.timestep
-        if name == eye_of:
-            _mark_own_body(child)
         spec.worldbody.add_frame().attach_body(child.body("base"), f"{name}/", "")
     if fence:
         _add_fence(spec)
@@ -114,9 +106,8 @@ def compose(
 
 
 def compile_model(
-    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], eye_of: str,
-    *, fence: bool = False,
-) -> mujoco.MjModel:  # fmt: skip
+    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], *, fence: bool = False
+) -> mujoco.MjModel:
     """Compose and compile a scene, and set antialiasing and the contrast of the wall's texture.
 
     The parameters are those of `compose`.
@@ -131,7 +122,7 @@ def compile_model(
     ValueError
         As in `compose`. Also, MuJoCo cannot compile the arena, or it does not fit into the room.
     """
-    model = _compiled(compose(scene, robot, camera, robots, eye_of, fence=fence), scene.arena)
+    model = _compiled(compose(scene, robot, camera, robots, fence=fence), scene.arena)
     if any(kind in ROUND for kind in model.geom_type[model.geom_group != COLLISION_GROUP]):
         model.vis.quality.numstacks = ROUND_STACKS
     model.vis.quality.offsamples = camera.multisample
@@ -262,12 +253,6 @@ def _add_fence(spec: mujoco.MjSpec) -> None:
         )  # fmt: skip
 
 
-def _mark_own_body(spec: mujoco.MjSpec) -> None:
-    for geom in spec.geoms:
-        if geom.group == DRAWN_GROUP:
-            geom.group = OWN_BODY_GROUP
-
-
 def robot_spec(variant: str, robot: RobotConfig, camera: CameraConfig, scene: SceneConfig) -> mujoco.MjSpec:
     """Make one robot for a scene. The settings of the shell do not apply to a ``colias``."""
     spec = _driving(mujoco.MjSpec.from_file(str(ROBOTS[variant])), robot, camera)
@@ -302,6 +287,49 @@ def _resized(geom: mujoco.MjsGeom, radius: float) -> list[float]:
     """Return a wheel's size with another radius: a tyre is an ellipsoid (r, w, r), the drawn wheel a cylinder."""
     _, second, _ = geom.size
     return [radius, second, radius] if geom.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID else [radius, second, 0.0]
+
+
+def groups_of(model: mujoco.MjModel, robot: str) -> npt.NDArray[np.int32]:
+    """Find the groups of a robot's geoms, for `hidden`.
+
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    robot
+        Name of the robot.
+
+    Returns
+    -------
+    ndarray of int32
+        (N,): a view into the model, of the robot's body and wheels, drawn or not.
+
+    Raises
+    ------
+    KeyError
+        The scene has no robot of that name.
+    """
+    own = np.flatnonzero(model.body_rootid[model.geom_bodyid] == model.body(f"{robot}/base").id)
+    groups: npt.NDArray[np.int32] = model.geom_group
+    return groups[own[0] : own[-1] + 1]
+
+
+@contextmanager
+def hidden(own: npt.NDArray[np.int32]) -> Iterator[None]:
+    """Hide a robot's geoms from its own eye, whose lens is in front of the whole body.
+
+    Parameters
+    ----------
+    own
+        The groups of its geoms, from `groups_of`. Until the end of the block they are in `COLLISION_GROUP`, which
+        neither ``mjv_updateScene`` nor a ray at the drawn groups takes in.
+    """
+    groups = own.copy()
+    own[:] = COLLISION_GROUP
+    try:
+        yield
+    finally:
+        own[:] = groups
 
 
 def texels(model: mujoco.MjModel, texture: str) -> npt.NDArray[np.uint8]:

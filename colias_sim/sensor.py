@@ -22,18 +22,14 @@ class Sensor:
     ----------
     eye
         The scene's camera to render.
-    option
-        The groups that it renders.
     offscreen
         Framebuffer, with the slots of `slots_of`.
     config
         The camera's settings.
     """
 
-    def __init__(
-        self, eye: mujoco.MjvCamera, option: mujoco.MjvOption, offscreen: Offscreen, config: CameraConfig
-    ) -> None:
-        self._eye, self._option, self._offscreen = eye, option, offscreen
+    def __init__(self, eye: mujoco.MjvCamera, offscreen: Offscreen, config: CameraConfig) -> None:
+        self._eye, self._offscreen = eye, offscreen
         self._grey = np.empty(render_shape(config), np.uint8)
         self._light = np.zeros((config.height, config.width), np.float32)
         self._ahead = np.zeros_like(self._light)
@@ -54,7 +50,7 @@ class Sensor:
         """Render the present scene, and add it to the current exposure."""
         if render.bottom:
             assert self._strips is not None, "only a rolling shutter renders bands of rows"
-            self._strips.draw(data, self._eye, self._option, render, self._light, self._ahead)
+            self._strips.draw(data, self._eye, render, self._light, self._ahead)
             return
         self._render(data)
         if self._grey.shape != self._light.shape:
@@ -104,7 +100,7 @@ class Sensor:
 
     def _render(self, data: mujoco.MjData) -> None:
         """Render the whole picture as grey levels, first row uppermost."""
-        rgb = self._offscreen.render(data, self._eye, self._option)
+        rgb = self._offscreen.render(data, self._eye)
         cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY, dst=self._grey)  # BT.601: the Y of YUV
         cv2.flip(self._grey, 0, dst=self._grey)  # OpenGL's first row is the lowest
 
@@ -153,10 +149,7 @@ class Strips:
         self._height, self._width, self._scale = config.height, config.width, config.supersample
         self._drawn: dict[int, list[Render]] = {}  # slot -> the bands in it that are not yet read
 
-    def draw(
-        self, data: mujoco.MjData, camera: mujoco.MjvCamera, option: mujoco.MjvOption, render: Render,
-        light: Floats, ahead: Floats,
-    ) -> None:  # fmt: skip
+    def draw(self, data: mujoco.MjData, camera: mujoco.MjvCamera, render: Render, light: Floats, ahead: Floats) -> None:
         """Draw a band of the present scene. ``light`` and ``ahead`` are passed to `collect` if that is due."""
         taken = {
             slot
@@ -167,7 +160,7 @@ class Strips:
         if slot is None:
             self.collect(light, ahead)
             slot = 0
-        self._offscreen.draw(data, camera, option, self._rows(render.top, render.bottom), slot)
+        self._offscreen.draw(data, camera, self._rows(render.top, render.bottom), slot)
         self._drawn.setdefault(slot, []).append(render)
 
     def collect(self, light: Floats, ahead: Floats) -> None:

@@ -1,10 +1,10 @@
-"""A running simulation: physics, robots, and the observer's camera, advanced one frame at a time."""
+"""A running simulation: physics, and robots with their cameras, advanced one frame at a time."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, groupby, pairwise, product
 from types import TracebackType
@@ -33,13 +33,14 @@ TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
 
 
 class Simulation:
-    """A compiled scene with its robots and one camera. Use it in a ``with`` statement, or close it.
+    """A compiled scene with its robots, one of which sees. Use it in a ``with`` statement, or close it.
 
     Only `reset` and `step` draw random numbers, and only from the generators that you pass. So equal seeds give equal
     frames, in any process of a machine and after any number of earlier trials.
 
     The attribute ``robots`` holds the driving robots by name, ``parked`` the fixed ones, and ``everyone`` both.
-    ``obstacles`` lists the arena's obstacles. ``command_interval`` is the time between two commands, in seconds.
+    ``cameras`` holds the camera of each robot that sees, by the robot's name. ``obstacles`` lists the obstacles of the
+    arena. ``command_interval`` is the time between two commands, in seconds.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ class Simulation:
         Name -> variant of each robot, from `scenes.ROBOTS`. ``None`` for a trial's robots: ``observer``, a ``colias``,
         and ``stimulus``, a ``colias_black``.
     eye_of
-        Name of the robot whose camera is used.
+        Name of the robot that sees. It drives.
     fence
         Whether robots collide with the wall.
     seeing
@@ -58,7 +59,7 @@ class Simulation:
     Raises
     ------
     ValueError
-        The arena, a variant or the camera is unknown, or the arena is refused.
+        The arena or a variant is unknown, the arena is refused, or ``eye_of`` is none of the driving robots.
     colias_sim.GLUnavailable
         No OpenGL backend works, unless ``seeing`` is false.
 
@@ -88,7 +89,7 @@ class Simulation:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
         self.camera_config = camera
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
-        self.model = compile_model(self.scene, robot, camera, variants, eye_of, fence=fence)
+        self.model = compile_model(self.scene, robot, camera, variants, fence=fence)
         self.data = mujoco.MjData(self.model)
         self.obstacles = obstacles(self.model)
         parked = {name for name in variants if self.model.body(f"{name}/base").jntnum[0] == 0}
@@ -102,7 +103,10 @@ class Simulation:
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
         self._wall_quat = self.model.body("wall").quat
         self.wall_turn = 0.0
-        self._camera = Camera(self.model, f"{eye_of}/eye", camera) if seeing else None
+        if seeing and eye_of not in self.robots:
+            raise ValueError(f"eye_of must be one of {', '.join(self.robots)}, got {eye_of}")
+        self.eye_of = eye_of
+        self.cameras = {name: Camera(self.model, f"{name}/eye", camera) for name in ([eye_of] if seeing else [])}
 
     def __enter__(self) -> Simulation:
         return self
@@ -112,26 +116,60 @@ class Simulation:
 
     @property
     def seeing(self) -> bool:
-        """Whether there is a camera."""
-        return self._camera is not None
+        """Whether a robot has a camera."""
+        return bool(self.cameras)
 
-    @property
-    def camera(self) -> Camera:
-        """The camera.
+    def camera(self, name: str) -> Camera:
+        """Return the camera of a robot.
+
+        Parameters
+        ----------
+        name
+            Name of the robot.
+
+        Returns
+        -------
+        Camera
+            Its camera, one of ``cameras``.
 
         Raises
         ------
         ValueError
-            The simulation was made with ``seeing=False``.
+            The robot does not see.
         """
-        if self._camera is None:
-            raise ValueError("this simulation was made with seeing=False: it has no camera")
-        return self._camera
+        if name not in self.cameras:
+            raise ValueError(f"{name} has no camera: make the Simulation with eye_of='{name}', seeing=True")
+        return self.cameras[name]
+
+    def pose(self, name: str) -> Pose:
+        """Return the pose of a robot.
+
+        Parameters
+        ----------
+        name
+            Name of the robot.
+
+        Returns
+        -------
+        Pose
+            The pose of its centre.
+
+        Raises
+        ------
+        KeyError
+            The scene has no robot of that name.
+        """
+        return self.everyone[name].pose
+
+    @property
+    def poses(self) -> dict[str, Pose]:
+        """The pose of every robot, by name."""
+        return {name: robot.pose for name, robot in self.everyone.items()}
 
     def close(self) -> None:
-        """Free the camera's OpenGL context."""
-        if self._camera is not None:
-            self._camera.close()
+        """Free the cameras' OpenGL contexts."""
+        for camera in self.cameras.values():
+            camera.close()
 
     def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0) -> None:
         """Start a trial: place every robot at rest, and draw the light and the wall's phase.
@@ -163,8 +201,8 @@ class Simulation:
         for robot in self.robots.values():
             robot.restart(rng)
         self._settle()
-        if self._camera is not None:
-            self._camera.restart(self.data)
+        for camera in self.cameras.values():
+            camera.restart(self.data)
 
     def turn_wall(self, angle: float) -> None:
         """Turn the wall with its texture about the arena's middle.
@@ -196,13 +234,13 @@ class Simulation:
                 )
 
     def _settle(self) -> None:
-        """Let the robots sink onto their wheels by some microns, so that the camera does not see this motion."""
+        """Let the robots sink onto their wheels by some microns, so that no camera sees this motion."""
         mujoco.mj_step(self.model, self.data, SETTLE_STEPS)
         self.data.time = 0.0
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, rng: np.random.Generator, control: Control | None = None) -> Frame:
-        """Advance by one frame, and return it.
+        """Advance by one frame, and return what the robot ``eye_of`` sees.
 
         Parameters
         ----------
@@ -222,10 +260,10 @@ class Simulation:
             The simulation was made with ``seeing=False``.
         """
         self.advance(control)
-        return self.camera.develop(rng, self.data.time)
+        return self.camera(self.eye_of).develop(rng, self.data.time)
 
     def advance(self, control: Control | None = None, *, look: bool = True) -> None:
-        """Advance by one frame without developing it; call ``camera.develop`` for the frame.
+        """Advance by one frame without developing it; call ``develop`` of a camera for its frame.
 
         Parameters
         ----------
@@ -234,9 +272,8 @@ class Simulation:
         look
             Whether to render. The physics are the same either way.
         """
-        camera = self._camera
-        due, following = (camera.renders if look else (), camera.next_renders) if camera else ((), ())
-        for steps, command, renders in _events(self._steps, self._command_steps, due, following):
+        due = tuple((name, one.renders if look else (), one.next_renders) for name, one in self.cameras.items())
+        for steps, command, renders in _events(self._steps, self._command_steps, due):
             if command and control is not None:
                 control(self.command_interval)
             if command:
@@ -246,9 +283,9 @@ class Simulation:
             if renders:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
                 mujoco.mj_camlight(self.model, self.data)
-                for render in renders:
-                    self.camera.expose(self.data, render)
-        if camera:
+                for name, render in renders:
+                    self.cameras[name].expose(self.data, render)
+        for camera in self.cameras.values():
             camera.collect()
             if not look:
                 camera.skip()
@@ -256,19 +293,20 @@ class Simulation:
 
 @lru_cache(maxsize=512)
 def _events(
-    frame: int, command: int, renders: tuple[Render, ...], following: tuple[Render, ...]
-) -> tuple[tuple[int, bool, tuple[Render, ...]], ...]:
-    """Divide a frame into parts: (physics steps, whether a command precedes them, renders after them).
+    frame: int, command: int, due: tuple[tuple[str, tuple[Render, ...], tuple[Render, ...]], ...]
+) -> tuple[tuple[int, bool, tuple[tuple[str, Render], ...]], ...]:
+    """Divide a frame into parts: (physics steps, whether a command precedes them, renders after them, by robot).
 
-    ``frame`` and ``command`` are the physics steps in a frame, and between two commands. The renders are the frame's,
-    and those of the ``following`` frame that are due within this one.
+    ``frame`` and ``command`` are the physics steps in a frame, and between two commands. For each robot that sees, its
+    name, the renders of its frame, and those of the next frame, some of which are ``due`` within this one.
     """
     commands = range(0, frame, command)
-    due = [render for render in renders if render.step >= 1]
-    due += [
-        dataclasses.replace(render, step=render.step + frame, ahead=True) for render in following if render.step < 1
-    ]
-    due.sort(key=lambda render: render.step)
-    after = {step: tuple(group) for step, group in groupby(due, key=lambda render: render.step)}
+    renders: list[tuple[str, Render]] = []
+    for name, now, following in due:
+        renders += [(name, render) for render in now if render.step >= 1]
+        ahead = (replace(render, step=render.step + frame, ahead=True) for render in following if render.step < 1)
+        renders += [(name, render) for render in ahead]
+    renders.sort(key=lambda one: one[1].step)
+    after = {step: tuple(group) for step, group in groupby(renders, key=lambda one: one[1].step)}
     marks = sorted({*commands, *after, frame})
     return tuple((end - start, start in commands, after.get(end, ())) for start, end in pairwise(marks))

@@ -68,7 +68,7 @@ class Apparatus:
             self._wall[:] = contrasted(self._plain_wall, contrast)
             self._retexture(self._sim.model.tex(WALL).id)
         if self._sim.seeing:
-            self._sim.camera.tune(camera)
+            self._sim.camera(self._observer).tune(camera)
 
     def _set_robot(self, robot: RobotConfig) -> None:
         """Set mass and motor gain, and what MuJoCo derives from them."""

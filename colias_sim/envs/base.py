@@ -115,18 +115,18 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
             fence=True, seeing=options.observation != "state",
         )  # fmt: skip
-        super().__init__(sim)
+        super().__init__(sim, OBSERVER)
         self._renderer: Renderer | None = None
         self._begun = self._running = self._closed = False
         self._forget()
         try:
-            self._renderer = Renderer(sim, options) if options.render_mode else None
+            self._renderer = Renderer(sim, options, self._observer.name) if options.render_mode else None
             self._drawn(world(0))  # refuses an arena without room for the robots
         except BaseException:
             self.close()
             raise
         shells = [name for name, variant in others.items() if variant != "colias"]
-        self._apparatus = Apparatus(sim, OBSERVER, shells, robot, self._retexture)
+        self._apparatus = Apparatus(sim, self._observer.name, shells, robot, self._retexture)
 
     # What a subclass declares. (`World` has what disturbs it.)
 
@@ -239,7 +239,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         obstacles, asked = self._sim.obstacles, dict(options or {})
         poses = given_poses(asked.pop("poses", {}), self._sim.everyone, obstacles)
         given = given_values(asked, self._camera, self._robot, self.options.randomise, self._made_with)
-        if OBSERVER in poses:
+        if self._observer.name in poses:
             given["start"] = (0.0, 0.0)  # the given pose replaces the move
         super().reset(seed=seed)
         self._forget()
@@ -255,11 +255,11 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         (light,), (latency_ms,) = values["light"], values["latency_ms"]
         self._delay(0.001 * latency_ms)
         if (ahead_cm, left_cm) != (0.0, 0.0):
-            placements = moved(placements, OBSERVER, 0.01 * ahead_cm, 0.01 * left_cm, obstacles)
+            placements = moved(placements, self._observer.name, 0.01 * ahead_cm, 0.01 * left_cm, obstacles)
         if poses:
             placements = placed(placements, poses, clearing(rng), obstacles)
         self._sim.reset(placements, self.np_random, light=light)
-        self._here = self._sim.robots[OBSERVER].pose
+        self._here = self._observer.pose
         self._film = film(rng)
         if self._model is not None:
             self._model.reset()
@@ -404,8 +404,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     def _retexture(self, texture: int) -> None:
         """Update all copies of a changed texture."""
-        if self._sim.seeing:
-            self._sim.camera.retexture(texture)
+        for camera in self._sim.cameras.values():
+            camera.retexture(texture)
         if self._renderer:
             self._renderer.retexture(texture)
 
@@ -429,7 +429,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Advance the world by one frame; with ``look``, develop the camera's frame and run the model."""
         self._advance(look)
         if look and self._sim.seeing:
-            self._luma = self._sim.camera.develop(self._film, self._sim.data.time).luma
+            self._luma = self._sim.camera(self._observer.name).develop(self._film, self._sim.data.time).luma
             if self._model is not None:
                 self._responses.append(self._model.step(self._luma))
 
@@ -479,4 +479,4 @@ class TargetEnv(ColiasEnv[Options]):
     def _bearing(self) -> float:
         """Compute the target's angle off the camera's axis without tilt, in radians, right positive."""
         eye = self._sim.camera_config.forward_cm / 100
-        return bearing(self._here, self._sim.robots[TARGET].pose, eye)
+        return bearing(self._here, self._sim.pose(TARGET), eye)

@@ -138,7 +138,7 @@ class Optomotor(ColiasEnv[OptomotorOptions]):
         if self.options.disturbance == "push":
             rates, torques = pushes(self._body)
             torque = float(np.interp(abs(math.degrees(self._rate)), rates, torques))
-            self._sim.robots[OBSERVER].twist(math.copysign(torque, self._rate))
+            self._observer.twist(math.copysign(torque, self._rate))
             return math.copysign(min(abs(self._rate), math.radians(rates[-1])), self._rate)
         self._sim.turn_wall(self._sim.wall_turn + self._rate * dt)
         return -self._rate

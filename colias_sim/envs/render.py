@@ -20,7 +20,6 @@ from colias_sim.envs.world import OBSERVER, TARGET
 from colias_sim.gl import GLUnavailable, has_screen
 from colias_sim.offscreen import Offscreen
 from colias_sim.pose import Pose
-from colias_sim.scene import OWN_BODY_GROUP
 from colias_sim.simulation import Simulation
 
 Picture = npt.NDArray[np.uint8]
@@ -28,8 +27,6 @@ Vector = npt.NDArray[np.float64]
 View = tuple[mujoco.MjvCamera, tuple[int, int, int, int]]
 """A camera, and the rectangle of the picture that it fills: left, bottom, width and height, in pixels."""
 
-DRAWN = (0, OWN_BODY_GROUP)
-"""The groups of geoms that are drawn."""
 FOVY_DEG = 32.0
 """Vertical field of view of the views on the whole arena, in degrees."""
 HALF = math.tan(math.radians(FOVY_DEG / 2))
@@ -69,6 +66,8 @@ class Renderer:
         The simulation to show.
     options
         The env's options; ``render_mode`` is not ``None``.
+    name
+        Name of the robot that is the observer.
 
     Raises
     ------
@@ -76,8 +75,8 @@ class Renderer:
         No OpenGL backend works, or mode ``human`` has no screen.
     """
 
-    def __init__(self, sim: Simulation, options: EnvOptions) -> None:
-        self._sim = sim
+    def __init__(self, sim: Simulation, options: EnvOptions, name: str) -> None:
+        self._sim, self._name = sim, name
         self._viewer: Any = None
         self._shut: Any = None
         self._offscreen: Offscreen | None = None
@@ -85,7 +84,7 @@ class Renderer:
             if not has_screen():
                 raise GLUnavailable("no screen to open a window on (DISPLAY is not set): use render_mode='rgb_array'")
             return
-        self._views = views(sim.model, options.render_view, options.render_width, options.render_height)
+        self._views = views(sim.model, name, options.render_view, options.render_width, options.render_height)
         self._floor = sim.model.geom("floor").id
         self._offscreen = Offscreen(sim.model, options.render_height, options.render_width)
 
@@ -118,7 +117,7 @@ class Renderer:
             return None
         mujoco.mj_kinematics(self._sim.model, self._sim.data)
         mujoco.mj_camlight(self._sim.model, self._sim.data)
-        poses = {name: robot.pose for name, robot in self._sim.everyone.items()}
+        poses = self._sim.poses
 
         def dressed(scene: mujoco.MjvScene) -> None:
             dress(scene, self._floor, poses, self._sim.robots)
@@ -126,11 +125,12 @@ class Renderer:
         (whole, _), *insets = self._views
         if insets:
             close, _ = insets[0]
-            close.lookat[:] = poses[OBSERVER].x, poses[OBSERVER].y, 0.012
-            close.azimuth = math.degrees(poses[OBSERVER].heading)
+            here = poses[self._name]
+            close.lookat[:] = here.x, here.y, 0.012
+            close.azimuth = math.degrees(here.heading)
         for eye, rect in self._views:
             dressing = dressed if _for_people(eye) else None
-            self._offscreen.draw_into(rect, self._sim.data, eye, _drawn(eye), dressing)
+            self._offscreen.draw_into(rect, self._sim.data, eye, dressing)
         picture = np.flipud(self._offscreen.read_all()).copy()
         for _, rect in insets:
             _draw_frame(picture, rect)
@@ -164,27 +164,20 @@ def _shut(viewer: Any, threads: set[threading.Thread]) -> None:
 # Views: where a picture is taken from.
 
 
-def _drawn(eye: mujoco.MjvCamera) -> mujoco.MjvOption:
-    """Select the drawn groups; the observer's own body is hidden from its own camera, whose lens is in front of it."""
-    option = mujoco.MjvOption()
-    for group in range(mujoco.mjNGROUP):
-        option.geomgroup[group] = group in DRAWN
-    option.geomgroup[OWN_BODY_GROUP] = _for_people(eye)
-    return option
-
-
 def _for_people(eye: mujoco.MjvCamera) -> bool:
-    """Whether markers, ground and the observer's body are drawn, which the robot's camera never sees."""
+    """Whether markers and ground are drawn, which the robot's camera never sees."""
     return bool(eye.type == mujoco.mjtCamera.mjCAMERA_FREE.value)
 
 
-def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[View, ...]:
+def views(model: mujoco.MjModel, name: str, view: str, width: int, height: int) -> tuple[View, ...]:
     """Lay out a picture of an env.
 
     Parameters
     ----------
     model
         The compiled scene.
+    name
+        Name of the robot that is the observer.
     view
         ``arena``: the whole arena from above at an angle. A wide picture has insets with the observer and its camera's
         view, which cover neither floor nor robots. ``top``: the whole arena from straight above. ``observer``: only the
@@ -199,7 +192,7 @@ def views(model: mujoco.MjModel, view: str, width: int, height: int) -> tuple[Vi
         one that follows the observer, and its camera's.
     """
     own = mujoco.MjvCamera()
-    own.type, own.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(f"{OBSERVER}/eye").id
+    own.type, own.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(f"{name}/eye").id
     whole = 0, 0, width, height
     if view == "observer":
         return ((own, whole),)

@@ -11,7 +11,6 @@ from colias_sim.envs.geometry import gap_to_arena, gap_to_robot
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.state import Other, State
 from colias_sim.pose import Pose
-from colias_sim.robot import Robot
 
 if TYPE_CHECKING:
     from colias_sim.simulation import Simulation
@@ -26,12 +25,14 @@ class World:
     Parameters
     ----------
     sim
-        The simulation. One of its robots is called ``observer``.
+        The simulation.
+    name
+        Name of the robot that is the observer.
     """
 
-    def __init__(self, sim: Simulation) -> None:
-        self._sim = sim
-        self._hull = sim.model.geom(f"{OBSERVER}/hull").id
+    def __init__(self, sim: Simulation, name: str) -> None:
+        self._sim, self._observer = sim, sim.robots[name]
+        self._hull = sim.model.geom(f"{name}/hull").id
         self._rest()
 
     # A subclass may disturb the world.
@@ -49,19 +50,19 @@ class World:
     @property
     def poses(self) -> dict[str, Pose]:
         """The pose of every robot, by name."""
-        return {name: robot.pose for name, robot in self._sim.everyone.items()}
+        return self._sim.poses
 
     @property
     def state(self) -> State:
         """The state of the world, in SI units, with any observation."""
-        here, (vx, vy) = self._here, self._sim.robots[OBSERVER].velocity
+        here, (vx, vy) = self._here, self._observer.velocity
         cos, sin = math.cos(here.heading), math.sin(here.heading)
         seen = []
         for name, robot in self._sim.everyone.items():
-            if name == OBSERVER:
+            if name == self._observer.name:
                 continue
             gap, direction = gap_to_robot(here, robot.pose)
-            ux, uy = robot.velocity if isinstance(robot, Robot) else (0.0, 0.0)
+            ux, uy = robot.velocity
             du, dv = ux - vx, uy - vy
             seen.append((name != TARGET, Other(gap, -direction, du * cos + dv * sin, dv * cos - du * sin)))
         seen.sort(key=lambda entry: (entry[0], entry[1].distance))
@@ -74,13 +75,13 @@ class World:
     @property
     def speed(self) -> float:
         """The observer's speed along its heading, in m/s."""
-        heading, (vx, vy) = self._here.heading, self._sim.robots[OBSERVER].velocity
+        heading, (vx, vy) = self._here.heading, self._observer.velocity
         return vx * math.cos(heading) + vy * math.sin(heading)
 
     @property
     def turn_rate(self) -> float:
         """The turn rate of the observer's body, in rad/s, left positive."""
-        return self._sim.robots[OBSERVER].turn_rate
+        return self._observer.turn_rate
 
     @property
     def slip(self) -> float:
@@ -106,7 +107,7 @@ class World:
         self._drivers: Mapping[str, Driver] = {}
         self._drift = self._driven = 0.0
         self._touched = False
-        self._here = self._sim.robots[OBSERVER].pose
+        self._here = self._observer.pose
 
     def _delay(self, latency: float) -> None:
         """Delay commands by ``latency`` seconds, rounded to control intervals."""
@@ -118,14 +119,14 @@ class World:
         before = self._here
         self._sim.advance(self._drive, look=look)
         self._notice_touch()
-        self._here = self._sim.robots[OBSERVER].pose
+        self._here = self._observer.pose
         self._driven += math.hypot(self._here.x - before.x, self._here.y - before.y)
 
     def _drive(self, dt: float) -> None:
         """Command the wheels of all robots, and disturb the world, for a control interval of ``dt`` seconds."""
         self._notice_touch()
         self._sent.append(self._command)
-        self._sim.robots[OBSERVER].ease(self._sent.popleft(), dt)
+        self._observer.ease(self._sent.popleft(), dt)
         poses = self.poses if self._drivers else {}
         for name, driver in self._drivers.items():
             self._sim.robots[name].ease(driver.wheels(dt, poses), dt)

@@ -75,7 +75,7 @@ def _view_scene(arena: str, screenshot: Path | None) -> int:
     if screenshot is None:
         viewer.require_screen(f"view {arena}: ", "use --screenshot")
     with as_usage_error():
-        spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS, "observer")
+        spec = compose(SceneConfig(arena=arena), RobotConfig(), CameraConfig(), TRIAL_ROBOTS)
     spec.body("stimulus/base").pos = [0.10, 0.05, 0.0]
     model = spec.compile()
     if screenshot is None:

@@ -117,7 +117,7 @@ class Scene:
         self._frames: dict[str, Any] = {}
 
     def draw(self, sim: Simulation, camera: CameraConfig) -> None:
-        """Draw a trial's arena and robots, and the observer's camera, in place of those before."""
+        """Draw a trial's arena and robots, and the camera of each that sees, in place of those before."""
         model, data, scene = sim.model, sim.data, self._scene
         scene.reset()
         self._frames = {name: scene.add_frame(f"/{name}", show_axes=False) for name in sim.robots}
@@ -137,9 +137,10 @@ class Scene:
             scene.add_label(f"/{name}/caption", name, position=(-3.0, 0.0, 0.0), anchor="top-center")
         aspect, eye = camera.width / camera.height, (camera.forward_cm, 0.0, camera.up_cm)
         vertical = 2 * math.atan(math.tan(math.radians(camera.hfov_deg) / 2) / aspect)
-        scene.add_camera_frustum(
-            "/observer/eye", vertical, aspect, scale=4.0, color=EYE, position=eye, wxyz=(0.5, -0.5, 0.5, -0.5)
-        )
+        for name in sim.cameras:
+            scene.add_camera_frustum(
+                f"/{name}/eye", vertical, aspect, scale=4.0, color=EYE, position=eye, wxyz=(0.5, -0.5, 0.5, -0.5)
+            )
 
     def move(self, poses: Mapping[str, Pose]) -> None:
         """Put the robots where they are."""

@@ -80,7 +80,7 @@ class Session:
     @property
     def poses(self) -> dict[str, Pose]:
         """Where the robots are."""
-        return {name: robot.pose for name, robot in self.trial.sim.robots.items()}
+        return self.trial.sim.poses
 
     def step(self) -> Sample:
         """Advance by a frame, and return it.
@@ -149,7 +149,7 @@ class Session:
         poses = self.poses
         for robot in ROBOTS:
             ahead, turn = self._moves.get(robot, (0.0, 0.0))
-            if _blocked(poses[robot], poses["observer" if robot == "stimulus" else "stimulus"], ahead):
+            if any(_blocked(poses[robot], poses[other], ahead) for other in ROBOTS if other != robot):
                 ahead = 0.0
             self._drive.command(robot, float(ahead * self.speed_cm_s), float(turn))
 

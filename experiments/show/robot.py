@@ -76,7 +76,7 @@ class RobotTrial(Trial):
             by_eye.setdefault(through(model.label), []).append(model)
         for eye, models in by_eye.items():
             source = RobotSource(self, camera(self.settings, eye))
-            with source.sim.camera.in_use():
+            with source.sim.camera(OBSERVER).in_use():
                 yield eye, source, models
 
     @property
@@ -210,8 +210,8 @@ class RobotSource:
         lasting = 3.0 + 2.0 * self.course["stimulus"].seconds
         if not self.drive.over and isinstance(self.drive, Drive) and self.sim.data.time > lasting:
             raise TrialError("the stimulus got stuck on its way")
-        poses = {name: self.sim.robots[name].pose for name in ("stimulus", "observer")}
-        ahead = bearing(poses["observer"], poses["stimulus"], self.trial.settings.camera.forward_cm / 100)
+        poses = {name: self.sim.pose(name) for name in ("stimulus", OBSERVER)}
+        ahead = bearing(poses[OBSERVER], poses["stimulus"], self.trial.settings.camera.forward_cm / 100)
         self._tracker.see(poses["stimulus"])
         truth: dict[str, Any] = {
             "robot": OBSERVER, "time_s": frame.time, "stimulus_bearing_deg": math.degrees(ahead),

@@ -33,7 +33,7 @@ def test_noise_is_fresh_in_every_frame_and_pixel():
 def test_luma_is_bt601():
     """The Y of YUV: a pure red, green and blue render weigh 0.299, 0.587 and 0.114."""
     with Simulation(camera=QUIET, scene=STILL) as sim:
-        camera = sim.camera
+        camera = sim.camera("observer")
         for channel, weight in enumerate((0.299, 0.587, 0.114)):
             rgb = np.zeros((72, 99, 3), np.uint8)
             rgb[..., channel] = 255

@@ -33,7 +33,7 @@ START = Pose(0.1, 0.15, -math.pi / 2)
 
 def bench(config: RobotConfig | None = None) -> tuple[mujoco.MjModel, mujoco.MjData, Robot]:
     config = config or RobotConfig()
-    model = compile_model(SceneConfig(), config, CameraConfig(), {"stimulus": "colias_black"}, "stimulus")
+    model = compile_model(SceneConfig(), config, CameraConfig(), {"stimulus": "colias_black"})
     data = mujoco.MjData(model)
     return model, data, Robot(model, data, "stimulus", config)
 

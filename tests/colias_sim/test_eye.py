@@ -200,10 +200,13 @@ def slanted_edge(shape: tuple[int, int] = (72, 99)) -> npt.NDArray[np.uint8]:
 def photographs(camera: CameraConfig, render: npt.NDArray[np.uint8], count: int = 1) -> npt.NDArray[np.uint8]:
     """What the camera makes of a render, ``count`` times."""
     rng, frames = np.random.default_rng(0), []
-    with Simulation(camera=camera) as sim, patch.object(sim.camera._offscreen, "render", return_value=render):
+    with (
+        Simulation(camera=camera) as sim,
+        patch.object(sim.camera("observer")._offscreen, "render", return_value=render),
+    ):
         for _ in range(count):
-            sim.camera.expose(sim.data)
-            frames.append(sim.camera.develop(rng, 0.0).luma)
+            sim.camera("observer").expose(sim.data)
+            frames.append(sim.camera("observer").develop(rng, 0.0).luma)
     return np.stack(frames)
 
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, Frame, Pose, Simulation
+from colias_sim import Camera, CameraConfig, Frame, Pose, Simulation
 from colias_sim.exposure import LAG_SDS
 from colias_sim.registers import GAMMA_VENDOR
 from colias_sim.scene import timestep
@@ -85,12 +85,35 @@ def test_bands_that_are_read_together_are_those_read_one_by_one(monkeypatch):
         together = crossing(sim, count=4)
         draw = Strips.draw
 
-        def drawn_and_read(strips, data, eye, option, render, light, ahead):
-            draw(strips, data, eye, option, render, light, ahead)
+        def drawn_and_read(strips, data, eye, render, light, ahead):
+            draw(strips, data, eye, render, light, ahead)
             strips.collect(light, ahead)
 
         monkeypatch.setattr(Strips, "draw", drawn_and_read)
         assert same(crossing(sim, count=4), together)
+
+
+def test_a_robot_sees_the_same_where_another_one_sees_too():
+    """Each camera has exposures and rows of its own, for which the physics stop."""
+    camera = CameraConfig.preset("ov7670")
+
+    def seen(*robots):
+        with Simulation(camera=camera, eye_of=robots[0]) as sim:
+            for name in robots[1:]:
+                sim.cameras[name] = Camera(sim.model, f"{name}/eye", camera)
+            sim.reset({"stimulus": START}, np.random.default_rng(0))
+            sim.robots["stimulus"].drive((0.1, 0.1))
+            noise, frames = {name: np.random.default_rng(1) for name in robots}, {name: [] for name in robots}
+            for _ in range(6):
+                sim.advance()
+                for name, own in frames.items():
+                    own.append(sim.camera(name).develop(noise[name], sim.data.time))
+            return frames
+
+    both = seen("observer", "stimulus")
+    assert not same(both["observer"], both["stimulus"])
+    for name, frames in both.items():
+        assert same(frames, seen(name)[name])
 
 
 def test_frames_that_nobody_looks_at_leave_the_next_as_it_would_be():
@@ -101,7 +124,9 @@ def test_frames_that_nobody_looks_at_leave_the_next_as_it_would_be():
         crossing(sim, count=0)
         for i in range(6):
             sim.advance(look=i == 5)
-        np.testing.assert_array_equal(sim.camera.develop(np.random.default_rng(0), 0.0).luma, frames[5].luma)
+        np.testing.assert_array_equal(
+            sim.camera("observer").develop(np.random.default_rng(0), 0.0).luma, frames[5].luma
+        )
 
 
 def test_frames_are_dropped_as_often_as_set():
@@ -109,7 +134,7 @@ def test_frames_are_dropped_as_often_as_set():
     with Simulation(camera=CameraConfig(drop_probability=0.3)) as sim:
         rng = np.random.default_rng(3)
         sim.reset({"stimulus": START}, rng)
-        frames = [sim.camera.develop(rng, i / 30.0) for i in range(6000)]
+        frames = [sim.camera("observer").develop(rng, i / 30.0) for i in range(6000)]
     for before, frame in pairwise(frames):
         if frame.age_ms:
             assert frame.luma is before.luma
@@ -124,7 +149,7 @@ def test_the_clock_jitters_as_set():
     with Simulation(camera=CameraConfig(jitter_ms=jitter_ms, shot_noise=0.0, read_noise=0.0)) as sim:
         rng = np.random.default_rng(3)
         sim.reset({"stimulus": START}, rng)
-        ages = np.array([sim.camera.develop(rng, i / 30.0).age_ms for i in range(6000)])
+        ages = np.array([sim.camera("observer").develop(rng, i / 30.0).age_ms for i in range(6000)])
     assert ages.min() >= 0.0, "a frame shows nothing that comes later"
     assert ages.mean() == pytest.approx(LAG_SDS * jitter_ms, rel=0.02)
     step_ms = 1000.0 * timestep(30.0)

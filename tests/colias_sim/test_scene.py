@@ -1,6 +1,9 @@
 """Scenes: they load in MuJoCo as they stand, measure what they should, and show what a camera there would see."""
 
+import dataclasses
 import math
+from contextlib import nullcontext
+from unittest.mock import patch
 
 import cv2
 import mujoco
@@ -8,7 +11,8 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
-from colias_sim.scene import OWN_BODY_GROUP, compile_model, compose, texels
+from colias_sim.offscreen import Offscreen
+from colias_sim.scene import compile_model, compose, groups_of, hidden, texels
 from scenes import ARENAS, FOLDER, ROBOTS, generate
 from tests.colias_sim.views import QUIET, STILL, view
 
@@ -31,7 +35,7 @@ def test_assets_are_what_the_generator_draws(tmp_path):
 def test_parameters_reach_the_model():
     robot = RobotConfig(track_cm=3.0, axle_back_cm=0.2, mass_g=40.0, max_speed_cm_s=20.0)
     camera = CameraConfig(up_cm=1.5, hfov_deg=60.0)
-    model = compose(SceneConfig(), robot, camera, {"stimulus": "colias_black"}, "stimulus").compile()
+    model = compose(SceneConfig(), robot, camera, {"stimulus": "colias_black"}).compile()
     left, right = (model.body(f"stimulus/{side}_wheel").pos for side in ("left", "right"))
     assert [left[0], left[1], right[0], right[1]] == pytest.approx([-0.002, 0.015, -0.002, -0.015])
     assert model.body("stimulus/base").subtreemass[0] == pytest.approx(0.04)
@@ -47,9 +51,92 @@ def test_the_observer_does_not_see_itself():
     with Simulation(camera=QUIET, scene=STILL) as sim:
         sim.reset({"observer": Pose(0, 0, 0), "stimulus": Pose(0.1, 0.0, 1.0)}, np.random.default_rng(0))
         without = sim.step(np.random.default_rng(0)).luma
-        sim.camera._option.geomgroup[OWN_BODY_GROUP] = 1
-        with_body = sim.step(np.random.default_rng(0)).luma
+        with patch("colias_sim.offscreen.hidden", nullcontext):
+            with_body = sim.step(np.random.default_rng(0)).luma
         assert np.abs(with_body.astype(int) - without).max() <= 1  # rounding: no two frames are quite the same
+
+
+PAIR = {"left": "colias", "right": "colias_black"}
+
+
+@pytest.fixture
+def pair():
+    """Two robots that face each other, each with its eye behind and above its own body, which is then in its view."""
+    with Simulation(camera=CameraConfig(multisample=0), robots=PAIR, seeing=False) as sim:
+        sim.reset({"left": Pose(0.0, 0.0, 0.0), "right": Pose(0.12, 0.0, math.pi)}, np.random.default_rng(0))
+        for name in PAIR:
+            sim.model.camera(f"{name}/eye").pos[:] = -0.08, 0.0, 0.04
+        mujoco.mj_forward(sim.model, sim.data)
+        yield sim
+
+
+def robots_of(model, geoms):
+    """The names of the robots, and of the arena's bodies, that geoms belong to."""
+    return {model.body(model.body_rootid[model.geom_bodyid[geom]]).name.partition("/")[0] for geom in geoms}
+
+
+def drawn(sim, name):
+    """The robots with a pixel in the picture of an eye."""
+    eye, geoms = mujoco.MjvCamera(), {}
+    eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, sim.model.camera(f"{name}/eye").id
+    offscreen = Offscreen(sim.model, 72, 99)
+
+    def number(scene):
+        scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 1
+        geoms.update({geom.segid + 1: geom.objid for geom in scene.geoms[: scene.ngeom]})
+
+    offscreen.draw_into((0, 0, 99, 72), sim.data, eye, number)
+    numbers = np.unique(offscreen.read_all().astype(int) @ (1, 256, 65536))
+    offscreen.close()
+    return robots_of(sim.model, [geoms[one] for one in numbers if one])
+
+
+def hit(sim, name):
+    """The robots that rays through the pixels of an eye hit."""
+    model, eye = sim.model, sim.data.camera(f"{name}/eye")
+    rows, columns = np.mgrid[0:72, 0:99] + 0.5
+    ways = np.stack([columns - 49.5, 36.0 - rows, np.full_like(rows, -CameraConfig().focal_px)], axis=-1)
+    ways = (ways / np.linalg.norm(ways, axis=-1, keepdims=True)).reshape(-1, 3) @ eye.xmat.reshape(3, 3).T
+    geoms, distances = np.zeros(len(ways), np.int32), np.zeros(len(ways))
+    mujoco.mj_multiRay(model, sim.data, eye.xpos, ways.ravel(), mujoco.MjvOption().geomgroup, True, -1, geoms,
+                       distances, None, len(ways), 10.0)  # fmt: skip
+    return robots_of(model, np.unique(geoms[geoms >= 0]))
+
+
+@pytest.mark.parametrize(("name", "other"), [("left", "right"), ("right", "left")])
+def test_an_eye_sees_every_robot_but_its_own(pair, name, other):
+    """In its picture, and by rays through its pixels; without hiding, it would see itself."""
+    with hidden(groups_of(pair.model, name)):
+        by_ray = hit(pair, name)
+    assert name not in by_ray and other in by_ray
+    seen = drawn(pair, name)
+    assert name not in seen and other in seen
+    with patch("colias_sim.offscreen.hidden", nullcontext):
+        assert {name, other} <= drawn(pair, name) & hit(pair, name)
+
+
+def test_hidden_geoms_are_put_back_after_an_error_too(pair):
+    groups = pair.model.geom_group.copy()
+    with pytest.raises(KeyError), hidden(groups_of(pair.model, "left")), hidden(groups_of(pair.model, "left")):
+        changed = {name for name in PAIR if np.ptp(groups_of(pair.model, name)) == 0}
+        raise KeyError
+    assert changed == {"left"}
+    np.testing.assert_array_equal(pair.model.geom_group, groups)
+
+
+def test_a_geom_of_an_arena_is_seen_in_every_group_that_mujoco_draws(tmp_path):
+    """No group is a robot's own, so that an arena may use them all."""
+
+    def luma(group):
+        box = f'<geom name="box" type="box" size=".02 .02 .02" pos=".15 0 .02" rgba="0 0 0 1" group="{group}"/>'
+        path = tmp_path / f"{group}.xml"
+        path.write_text(f'<mujoco><include file="bright.xml"/><worldbody>{box}</worldbody></mujoco>')
+        return view(QUIET, dataclasses.replace(STILL, arena=str(path)))
+
+    usual, without = luma(0), luma(3)
+    assert np.abs(usual.astype(int) - without).max() > 100
+    for group in (1, 2):
+        np.testing.assert_array_equal(luma(group), usual)
 
 
 @pytest.mark.parametrize(("arena", "low", "high"), [("bright", 220, 252), ("plain", 220, 252), ("dim", 90, 150)])
@@ -63,7 +150,7 @@ def test_brightness_of_the_arenas(arena, low, high):
 
 def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():
     """The arena's own picture, given as a user's, is upright and not mirrored; the wall goes once around."""
-    parts = RobotConfig(), CameraConfig(), {"observer": "colias"}, "observer"
+    parts = RobotConfig(), CameraConfig(), {"observer": "colias"}
 
     def wall(scene):
         model = compile_model(scene, *parts)

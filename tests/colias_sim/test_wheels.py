@@ -16,7 +16,7 @@ QUEUE = RobotConfig(command_slot_ms=100.0, serial_ms=2.1)
 
 
 def alone(robot: RobotConfig) -> Simulation:
-    sim = Simulation(robot, robots={"one": "colias"}, eye_of="one", seeing=False)
+    sim = Simulation(robot, robots={"one": "colias"}, seeing=False)
     sim.reset({"one": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
     return sim
 

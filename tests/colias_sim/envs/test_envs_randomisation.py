@@ -121,7 +121,7 @@ def test_a_wall_s_contrast_is_that_of_a_scene_made_so_to_every_eye():
         env.reset(seed=1, options={"wall": wall})
         bands.append(np.ptp(env.luma[20:36].astype(float)))  # the wall alone
     model = compile_model(SceneConfig(arena="drum", wall_contrast=0.4), RobotConfig(), CameraConfig(),
-                          {"observer": "colias"}, "observer")  # fmt: skip
+                          {"observer": "colias"})  # fmt: skip
     np.testing.assert_array_equal(env._sim.model.tex_data, model.tex_data)
     assert bands[1] == pytest.approx(0.4 * bands[0], rel=0.1)
     assert np.ptp(env.render()[20:36].astype(float)) == pytest.approx(bands[1], rel=0.1)

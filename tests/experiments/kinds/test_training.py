@@ -73,7 +73,7 @@ def test_a_policy_plays_under_the_eye_and_wheels_that_it_was_trained_with(tmp_pa
     env = train.steered(policy)
     _, info = env.reset(seed=0)
     assert info["randomised"].keys() == {"light"}
-    camera, robot = env.unwrapped._sim.camera.config, env.unwrapped._sim.robots["observer"].config
+    camera, robot = env.unwrapped._sim.camera("observer").config, env.unwrapped._sim.robots["observer"].config
     assert camera == CameraConfig.preset("ov7670")
     assert robot == dataclasses.replace(RobotConfig.preset("colias4"), trim=2)
     env.close()
