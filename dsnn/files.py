@@ -7,6 +7,8 @@ from pathlib import Path
 
 import cv2
 
+USUAL_FPS = 30.0
+"""Frames per second where nothing says otherwise, and for which the models' constants were chosen."""
 BITS_14 = 0.252
 """Share of white that no value of 14 bits or fewer in 16 exceeds, with a margin for rounding."""
 

@@ -12,11 +12,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dsnn.files import USUAL_FPS
 from dsnn.frames import Channels, checked_params, checked_shape, luma
 
 FloatMap = npt.NDArray[np.floating]
-USUAL_FPS = 30.0
-"""Frame rate for which the models' constants were chosen."""
 P = TypeVar("P")
 
 CHANNELS = ("hs", "vs", "looming", "azimuth")

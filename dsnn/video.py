@@ -16,8 +16,7 @@ from av.video.frame import VideoFrame
 from av.video.reformatter import ColorRange
 from av.video.stream import VideoStream
 
-from dsnn.files import check_single, check_white
-from dsnn.model import USUAL_FPS
+from dsnn.files import USUAL_FPS, check_single, check_white
 
 Image = npt.NDArray[np.uint8]
 

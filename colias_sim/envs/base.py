@@ -23,6 +23,7 @@ from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
     MANOEUVRES,
     Model,
+    Response,
     action_space,
     build_model,
     neural_observation,
@@ -35,7 +36,6 @@ from colias_sim.streams import clearing, episode, film, world
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
-    from dsnn import Response
 
 Wheels = npt.NDArray[np.float32]
 

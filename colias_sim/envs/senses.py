@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
 from colias_sim.envs.state import OTHER_ENTRIES, OWN_ENTRIES
-
-if TYPE_CHECKING:
-    from dsnn import Response
 
 WIRING = "experiments.wiring"
 """The module that builds models from names. `colias_sim` contains no model, so it imports this one on demand."""
@@ -29,6 +26,45 @@ NEURAL = ("hs", "vs", "hs_spikes", "vs_spikes", "looming", "looming_spikes", "az
 """The entries of a neural observation, in order: fields of the model's response to a frame."""
 _LOWEST = np.array([-1.0, -1.0, -MOST_SPIKES, -MOST_SPIKES, 0.0, 0.0, -1.0], np.float32)
 _HIGHEST = np.array([1.0, 1.0, MOST_SPIKES, MOST_SPIKES, 1.0, MOST_SPIKES, 1.0], np.float32)
+
+
+class Response(Protocol):
+    """What a neural observation reads of a model's response to a frame: potentials, spikes and an azimuth."""
+
+    @property
+    def hs(self) -> float:
+        """Membrane potential of HS, -1 to 1."""
+        ...
+
+    @property
+    def vs(self) -> float:
+        """Membrane potential of VS, -1 to 1."""
+        ...
+
+    @property
+    def hs_spikes(self) -> int:
+        """Spikes of HS, signed."""
+        ...
+
+    @property
+    def vs_spikes(self) -> int:
+        """Spikes of VS, signed."""
+        ...
+
+    @property
+    def looming(self) -> float:
+        """Potential of a looming detector, 0 to 1."""
+        ...
+
+    @property
+    def looming_spikes(self) -> int:
+        """Its spikes, 0 or more."""
+        ...
+
+    @property
+    def azimuth(self) -> float:
+        """Where the model sees the stimulus, -1 to 1."""
+        ...
 
 
 class Model(Protocol):

@@ -157,7 +157,13 @@ class Claim:
         return self.id not in claim_ids()
 
     def as_json(self) -> dict[str, str]:
-        """Return what files have of it: its id, its words, and where they are from."""
+        """Return what files have of it.
+
+        Returns
+        -------
+        dict
+            Its id, its words (``says``), and where they are from (``source``).
+        """
         return {"id": self.id, "says": self.says, "source": self.source}
 
     def evaluate(self, trials: Any, *more: Any) -> Outcome:

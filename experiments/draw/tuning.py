@@ -123,7 +123,7 @@ def _map(axes: Axes, own: pl.DataFrame) -> None:
 
 def show(table: pl.DataFrame) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
-    prefers = pl.when(pl.col("dsi") >= curves.SOME_DSI).then("prefers_deg").alias("prefers_deg")
+    prefers = pl.when(pl.col("dsi").cast(pl.Float64) >= curves.SOME_DSI).then("prefers_deg").alias("prefers_deg")
     names = [name for name in table.columns if not name.endswith(ENDS) and table[name].count()]
     terminal.show(table.with_columns(prefers).select(names).with_columns(pl.selectors.float().round(2)))
     terminal.out_console.print(NOTE)

@@ -423,9 +423,15 @@ def _responses(parts: Sequence[Plan[Any]], out: Path, pool: Workers) -> pl.DataF
 
 def tables(run: Run) -> dict[str, pl.DataFrame]:
     """Return board -> its table, of the boards that a run has."""
-    types = {"model": pl.String}
     there = {board: run.folder / f"{file}.csv" for board, file in FILES.items()}
-    return {board: pl.read_csv(path, schema_overrides=types) for board, path in there.items() if path.is_file()}
+    return {board: _table(path) for board, path in there.items() if path.is_file()}
+
+
+def _table(path: Path) -> pl.DataFrame:
+    """Read a board, with a column that is empty for every model as numbers too."""
+    names = pl.read_csv(path, n_rows=0).columns
+    types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in names}
+    return pl.read_csv(path, schema_overrides={**types, "model": pl.String})
 
 
 def draw(run: Run) -> Figure:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from dsnn.files import check_white
+from dsnn.files import USUAL_FPS, check_white
 from dsnn.frames import frozen
 from dsnn.pictures import NotAPicture, levels
 from dsnn.video import FASTEST, Video, read_video
@@ -35,7 +35,6 @@ SIZES_PX = range(8, 4097)
 """Widths and heights that models can be asked to see."""
 VARIES = 0.10
 """Frame intervals vary if one is off the mean by this share, and by more than `TICK_S`."""
-USUAL_FPS = 30.0
 SAME_ASPECT = 1.05
 """Ratio of two aspects up to which they count as equal: whole pixels round small sizes."""
 LOST = "{n} numbers are missing from the names of pictures and count as lost time, the first before {first}"
