@@ -21,7 +21,8 @@ PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 FLOORS = (
     "scenes", "dsnn.files", "dsnn.video", "dsnn.pictures", "dsnn.field_docs", "colias_sim", "dsnn",
     "experiments.base", "experiments.declare", "experiments.settings", "experiments.store", "experiments.show",
-    "experiments.judge", "experiments.draw", "experiments.robot", "experiments.kinds", "experiments.live", "experiments.cli", "experiments", "experiments.paper",
+    "experiments.judge", "experiments.draw", "experiments.robot", "experiments.kinds", "experiments.live",
+    "experiments.cli", "experiments", "experiments.paper",
 )  # fmt: skip
 """Packages and leaves, the lowest first. A module imports those of its own floor and of floors below it.
 
