@@ -85,7 +85,7 @@ test-fit: $(READY) ## The tests of fits, which need the extra [fit]
 test-live: $(READY) ## The tests of the page of colias live, which need the extra [live] and Chromium
 	sh tools/setup.sh --live
 	sh tools/setup.sh --browser
-	$(BIN)/python -m pytest tests/experiments/kinds/live
+	$(BIN)/python -m pytest tests/experiments/live
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train

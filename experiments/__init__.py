@@ -5,7 +5,7 @@ The paper's experiments with the robot and some beyond it are here, one script a
 `colias_sim`, never what is in these folders.
 
 A new experiment that ships is a script here, or an entry of ``EXPERIMENTS`` there, and its name in `NAMES` or
-`OFFLINE`.
+`OFFLINE` of `experiments.kinds.tables`.
 
 Examples
 --------
@@ -14,22 +14,9 @@ Examples
 >>> run.claims
 """
 
-NAMES = (
-    "general", "speed", "distance", "angular-approach", "angular-recession", "contrast", "clutter", "egomotion",
-    "ensembles", "distance-mechanism", "approach-mechanism", "recession-mechanism", "speed-steps",
-)  # fmt: skip
-"""The experiments with the robot."""
-
-OFFLINE = (
-    "clean", "blocked", "clutter-depth", "clutter-translation", "clutter-speed", "clutter-frames", "clutter-contrast",
-    "street", "edges", "apparent", "background-alone", "background", "constants-2017", "constants-emd",
-)  # fmt: skip
-"""The experiments with clips of stimuli."""
-
 # The public names stand in __init__.pyi, which type checkers and editors read too. The file is read, and a name
 # imported, when one is first asked for. So importing this package loads no simulator, no plotting and no recorder, and
-# takes no time before `experiments.cli.entry` sees to Ctrl-C. Modules below import this package for
-# `NAMES`; an import back would be a circle (tests/package/test_imports.py reads imports alone).
+# takes no time before `experiments.cli.entry` sees to Ctrl-C.
 
 
 def __getattr__(name: str) -> object:
@@ -37,7 +24,7 @@ def __getattr__(name: str) -> object:
     import lazy_loader
 
     find, _, names = lazy_loader.attach_stub(__name__, __file__)
-    globals().update(__getattr__=find, __all__=["NAMES", "OFFLINE", *names])
+    globals().update(__getattr__=find, __all__=names)
     return globals()[name] if name == "__all__" else find(name)
 
 

@@ -33,11 +33,10 @@ from .kinds.footage import watch as watch
 from .kinds.result import Run as Run
 from .kinds.result import load as load
 from .kinds.result import runs as runs
+from .kinds.tables import NAMES as NAMES
+from .kinds.tables import OFFLINE as OFFLINE
 from .show.episodes import RecordRerun as RecordRerun
 from .store.provenance import __version__ as __version__
-
-NAMES: tuple[str, ...]
-OFFLINE: tuple[str, ...]
 
 __all__ = [
     "NAMES",

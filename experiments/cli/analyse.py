@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from experiments.cli import options
+from experiments.kinds.tables import BOARDS, shipped
+from experiments.store.asked import Asked
 
 if TYPE_CHECKING:
     from experiments.store.workers import Workers
@@ -41,8 +43,6 @@ def reproduce(
     are played too. Verdicts are in claims.json and behaviours.json, the page is report.html. The exit status is 0
     whatever the verdicts are, and 1 if trials failed.
     """
-    from experiments.store.asked import Asked
-
     scale = "quick" if quick else "full" if full else "usual"
     asked = Asked(kind="reproduction", what=tuple(experiment or ()), models=tuple(model or ()), seed=seed,
                   options={"scale": scale, "robot_only": robot_only})  # fmt: skip
@@ -75,8 +75,6 @@ def sweep(
     outcomes.csv (a row per point, model, claim and replicate), counts.csv, NAME.json and a figure. The exit status is
     0 whatever the counts are, and 1 if trials failed.
     """
-    from experiments.store.asked import Asked
-
     pool = options.pool(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
         return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, pool)
@@ -94,7 +92,6 @@ def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> i
     """Judge the claims of models' own papers, and show them."""
     from experiments.base.console import count, show_files
     from experiments.draw.terminal import show_verdicts
-    from experiments.kinds.tables import BOARDS, shipped
 
     verdicts, failures = shipped(BOARDS["reproduction"]).judge_models(folder, names, seed, pool)
     if not pool.quiet:
@@ -129,8 +126,6 @@ def fit(
     The share of the box in which all holds comes from settings that fill it evenly. Needs Optuna: the extra [fit].
     Writes fit.csv, anew.csv, fit.json and a figure. With the same --out it resumes, also to more --trials.
     """
-    from experiments.store.asked import Asked
-
     given = {"over": over, "claims": _names(claims), "replicates": replicates, "trials": trials, "share": share,
              "sample": sample, "held_out": held_out, "search_repeats": repeats}  # fmt: skip
     asked = Asked(kind="fit", what=tuple(experiment.split(",")), models=(model,) if model else (),
@@ -153,8 +148,6 @@ def leaderboard(
     Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
     95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
     """
-    from experiments.store.asked import Asked
-
     asked = Asked(kind="leaderboard", models=tuple(model or ()), only=only, repeats=repeats, seed=seed)
     return options.finish(asked, out, options.pool(workers, cluster, quiet))
 
@@ -179,8 +172,6 @@ def tune(
     preference within the noise of its measure is reported as not defined. Writes a figure for each curve, tuning.csv
     and preferences.csv. The models are those registered, but dsnn-reference.
     """
-    from experiments.store.asked import Asked
-
     asked = Asked(kind="tuning", models=tuple(model or ()), only=only, values=options.settings(assignments), seed=seed,
                   options={"curves": curve})  # fmt: skip
     return options.finish(asked, out, options.pool(workers, cluster, quiet), "tune")

@@ -9,7 +9,9 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from experiments.base.errors import UsageError
 from experiments.cli import analyse, own, robot, run, see
+from experiments.store.command import begun_by
 
 GROUPS: Mapping[str, Mapping[str, tuple[Any, str]]] = {
     "run": {
@@ -84,8 +86,6 @@ def parser() -> Any:
 
 def command(arguments: list[str]) -> int:
     """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
-    from experiments.store.command import begun_by
-
     if arguments[0] == "--version":
         from importlib.metadata import version
 
@@ -97,6 +97,4 @@ def command(arguments: list[str]) -> int:
             return int(parser()(args=arguments, standalone_mode=False) or 0)
     except typer.TyperException as error:
         problem = " ".join(error.format_message().split())
-    from experiments.base.errors import UsageError
-
     raise UsageError(problem)

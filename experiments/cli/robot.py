@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from experiments.cli import options
+from experiments.store.asked import Asked
 
 Folder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="A new or an empty folder.")]
 
@@ -172,8 +173,6 @@ def import_log(
 
     colias import log.csv --experiment speed --set experiment.speeds_cm_s=20,30
     """
-    from experiments.store.asked import Asked
-
     asked = Asked(
         kind="measured", what=(str(log),), models=tuple(model or ()), values=options.settings(assignments),
         options={"experiment": experiment, "frames": None if frames is None else str(frames), "ran": ran},

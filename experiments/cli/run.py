@@ -14,7 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from experiments.base import interrupts
 from experiments.base.errors import UsageError
+from experiments.store.asked import Asked
+from experiments.store.command import begun_by
 
 if TYPE_CHECKING:
     from experiments.store.workers import Workers as Pool
@@ -71,8 +74,6 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     from experiments.kinds.kind import perform, planned
     from experiments.kinds.result import load
     from experiments.store import provenance
-    from experiments.store.asked import Asked
-    from experiments.store.command import begun_by
     from experiments.store.description import CPUS, ENDED
 
     there = load(run)
@@ -140,11 +141,9 @@ def watch(
     folder.
     """
     from colias_sim.gl import has_screen
-    from experiments.base import interrupts
     from experiments.draw import viewer
     from experiments.kinds.footage import EARLY, STOPPED
     from experiments.kinds.kind import kind_of, perform, planned
-    from experiments.store.asked import Asked
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")
@@ -209,8 +208,6 @@ def behave(
     whoever plays in them. Where collisions count, behaviours are compared with the first one, whose episodes are
     recorded.
     """
-    from experiments.store.asked import Asked
-
     asked = Asked(
         kind="episodes", what=tuple(names), values=options.settings(assignments), repeats=episodes, seed=seed,
         options={"env": env, "baselines": baselines, "recordings": recordings},
@@ -236,8 +233,6 @@ def train(
     one version of PyTorch, equal seeds, --steps and --envs give equal policies. colias behave FILE plays one. --set
     sets camera, robot, noise or randomise: camera=ov7670.
     """
-    from experiments.store.asked import Asked
-
     asked = Asked(
         kind="training", what=(env,), values=options.settings(assignments), seed=seed,
         options={"steps": steps, "envs": envs, "seeds": seeds},

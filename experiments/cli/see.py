@@ -11,8 +11,12 @@ from typing import Annotated, Any
 
 import typer
 
+import dsnn
+from experiments.base import interrupts
 from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.cli import options
+from experiments.kinds.tables import BEHAVIOURS, FITS, NAMES, OFFLINE, STUDIES, shipped
+from scenes import ARENA_ENDINGS, ARENAS
 
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
@@ -37,11 +41,9 @@ def view(
 
     The viewer ends with this command. --screenshot needs no screen; of a recording it shows the middle.
     """
-    from experiments.base import interrupts
     from experiments.base.console import out_console
     from experiments.draw import viewer
     from experiments.store.recordings import recording, recordings_in
-    from scenes import ARENA_ENDINGS, ARENAS
 
     if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
         return _view_scene(str(source), screenshot)
@@ -201,23 +203,18 @@ def _names(kind: str) -> Mapping[str, str]:
     match kind:
         case "experiments":
             from experiments.kinds import registry
-            from experiments.kinds.tables import NAMES, OFFLINE
 
             return {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
         case "studies":
             from experiments.kinds.registry import shipped_study
-            from experiments.kinds.tables import STUDIES
 
             whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
             return {name: shipped_study(name).summary for name in STUDIES} | whole
         case "fits":
             from experiments.kinds.registry import shipped_study
-            from experiments.kinds.tables import FITS
 
             return {name: shipped_study(name).study.summary for name in FITS}
         case "scenes":
-            from scenes import ARENAS
-
             return ARENAS
         case "presets":
             from colias_sim.config import CameraConfig, RobotConfig
@@ -230,8 +227,6 @@ def _names(kind: str) -> Mapping[str, str]:
             implied = {name: " (the equations imply it)" if "implied" in texts()[name] else "" for name in claim_ids()}
             return {name: texts()[name]["title"] + note for name, note in implied.items()}
         case "behaviours":
-            from experiments.kinds.tables import BEHAVIOURS, shipped
-
             known, groups = shipped(BEHAVIOURS["behaviours"]), shipped(BEHAVIOURS["groups"])
             notes = {name: f"a group: {', '.join(members)}" for name, members in groups.items()}
             return {name: entry.summary for name, entry in known.items()} | notes
@@ -239,7 +234,6 @@ def _names(kind: str) -> Mapping[str, str]:
             from colias_sim.envs import ENVS
 
             return {name.partition("/")[2]: env.summary for name, env in ENVS.items()}
-    import dsnn
     from dsnn.stimuli import STIMULI
 
     entries = dsnn.MODELS if kind == "models" else STIMULI

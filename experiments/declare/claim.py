@@ -21,6 +21,8 @@ from experiments.declare.outcome import Outcome
 
 WORDS = Path(__file__).parents[1] / "paper" / "claims" / "claims.toml"
 """The words of the claims that ship."""
+LOOMING_DETECTORS = ("lgmd1", "lgmd2")
+"""The models that claims about looming are about."""
 DSNN = "dsnn"
 POTENTIALS = ("peak_hs", "trough_hs", "peak_vs", "trough_vs")
 EACH_TRIAL, MEANS = 5, 4

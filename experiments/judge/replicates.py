@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from experiments.declare.claim import Claim
+from experiments.declare.claim import LOOMING_DETECTORS, Claim
 from experiments.declare.outcome import Outcome
 from experiments.judge.judge import judge
 from experiments.settings.models import counted_channel
@@ -20,8 +20,6 @@ Row = Mapping[str, Any]
 
 MODEL = "dsnn"
 """The model that the paper's claims are about, where they name no other."""
-LOOMING_DETECTORS = ("lgmd1", "lgmd2")
-"""The models that its claim about looming is about."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -98,7 +98,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     return Plan(
         asked, experiment.name, trials,
         partial(play_clip, recordings=recordings, frames=bool(asked.option("frames", True))), resolved,
-        (TRIALS, FRAMES), experiment, chosen, changed, "clips",
+        (TRIALS, FRAMES), experiment, chosen, changed, "clips", random=is_random(experiment),
     )  # fmt: skip
 
 
@@ -110,7 +110,7 @@ def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) ->
 def work(plan: Plan[ClipTrial], out: Path, pool: Workers) -> None:
     """Play the clips that a folder lacks, judge and draw; say where repeats are equal."""
     repeats = len({trial.repeat for trial in plan.trials})
-    if repeats > 1 and not pool.quiet and not is_random(plan.declared):
+    if repeats > 1 and not pool.quiet and not plan.random:
         error_console.print(f"note: nothing in {plan.name} is random: its {repeats} repeats are equal")
     with filled(plan, out, pool) as folder:
         conclude(plan, folder)
@@ -149,7 +149,7 @@ def verdicts(
         [row for row in rows if row["repeat"] == repeat] for repeat in sorted({trial.repeat for trial in plan.trials})
     ]
     whole = [len({row["trial"] for row in of_seed}) == len(experiment.clips) for of_seed in by_seed]
-    spiking, random = plan.thresholds, is_random(experiment)
+    spiking, random = plan.thresholds, plan.random
     found = []
     for claim in (find_claim(claim, "clips") for claim in experiment.claims):
         outcomes = [

@@ -443,4 +443,4 @@ def show(run: Run) -> None:
     report.show(run)
 
 
-KIND = Kind(plan, work, draw, show, summary="fit.csv")
+KIND = Kind(plan, work, draw, show, summary="fit.csv", whole=True)

@@ -40,6 +40,8 @@ class Kind:
         Heading of such runs on a page; empty of those that no page has.
     words
         Says what a run shows, from its folder alone.
+    whole
+        Whether its folder holds runs, and no trials of its own.
     """
 
     plan: Callable[[Asked], Plan[Any]]
@@ -50,6 +52,7 @@ class Kind:
     summary: str = "summary.csv"
     chapter: str = ""
     words: Callable[[Run], str] = str
+    whole: bool = False
 
 
 def concluding(

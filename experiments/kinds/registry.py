@@ -11,12 +11,11 @@ from typing import Any
 
 from experiments.base.errors import UsageError, check_known, short
 from experiments.base.user_code import declared, declares, is_file, named_file
-from experiments.declare.claim import SHIPPED, Claim, claim_ids
+from experiments.declare.claim import LOOMING_DETECTORS, SHIPPED, Claim, claim_ids
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.conditions import Hand
 from experiments.declare.experiment import Experiment, visit
 from experiments.declare.study import Study, tuple_of
-from experiments.judge.replicates import LOOMING_DETECTORS
 from experiments.kinds.tables import CLAIMS, EXPERIMENTS, FITS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.settings.models import named_model
 from experiments.store.asked import Asked

@@ -35,8 +35,6 @@ from experiments.store.tables import FAILURE, columns_of, table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WHOLES = ("leaderboard", "fit", "reproduction", "whole")
-"""Kinds of run whose folders are runs of their own."""
 DEEPEST = 3
 """Levels of folders that are looked through for runs."""
 COMPARISONS = columns_of(Condition) | {
@@ -222,7 +220,7 @@ class Run:
     @property
     def whole(self) -> bool:
         """Whether its folder holds runs, and no trials of its own."""
-        return self.kind in WHOLES
+        return self.kind not in KINDS or bool(shipped(KINDS[self.kind]).whole)
 
     @property
     def chapter(self) -> str:

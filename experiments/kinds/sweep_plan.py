@@ -162,13 +162,7 @@ def planned(
         The experiments are of both kinds, or something that the study asks for is not legal.
     """
     check_counts(seed, study.replicates, "--replicates")
-    experiments: list[Any] = list(map(registry.find, study.experiments or answering(study.claims)))
-    names = [experiment.name for experiment in experiments]
-    on_robot = isinstance(experiments[0], Experiment)
-    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
-        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
-    if not on_robot and (repeats is not None or study.repeats not in (None, WHOLE)):
-        raise UsageError(f"--repeats: {', '.join(names)} shows clips, once in a replicate; give --replicates")
+    experiments, on_robot = _experiments(study, repeats)
     study = study if repeats is None else dataclasses.replace(study, repeats=repeats)
     if not study.models:
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
@@ -212,6 +206,18 @@ def planned(
     return Sweep(
         study, claims, measures, axes, judged_at, seed, tuple(specs), shares, each, fixed, resolved, parameters
     )
+
+
+def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
+    """Return the experiments of a study, all of one kind, and whether a robot is in them."""
+    experiments: list[Any] = list(map(registry.find, study.experiments or answering(study.claims)))
+    names = [experiment.name for experiment in experiments]
+    on_robot = isinstance(experiments[0], Experiment)
+    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
+        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
+    if not on_robot and (repeats is not None or study.repeats not in (None, WHOLE)):
+        raise UsageError(f"--repeats: {', '.join(names)} shows clips, once in a replicate; give --replicates")
+    return experiments, on_robot
 
 
 def _trials(

@@ -81,8 +81,6 @@ FITS: Mapping[str, str] = {
 
 BOARDS: Mapping[str, str] = {
     "reproduction": "experiments.paper.reproduce",
-    "page": "experiments.paper.page",
-    "leaderboard": "experiments.paper.boards",
 }
 """What is made of many runs -> its module."""
 

@@ -226,7 +226,6 @@ def _verdicts(plan: Plan[Any], rows: Sequence[Any], failures: Sequence[Any]) -> 
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
     experiment, models, random = plan.declared, plan.models, plan.random
     claims = [find_claim(claim, "robot") for claim in experiment.claims]
-    thresholds = {model.label: model.threshold for model in models}
     asked = [
         (claim, model.label)
         for model in models
@@ -239,7 +238,7 @@ def _verdicts(plan: Plan[Any], rows: Sequence[Any], failures: Sequence[Any]) -> 
         about = [row for row in rows if label in ("", row["model"])]
         lost = sum(failure["model"] in ("", label, *claim.models) for failure in failures)
         failed = f"{lost} trial{'s' * (lost != 1)} of the run failed" if lost else ""
-        outcome = judge(claim, about, thresholds.get(label or claim.spiking)).noting(failed)
+        outcome = judge(claim, about, plan.thresholds.get(label or claim.spiking)).noting(failed)
         verdicts.append(verdict_of(claim, [outcome], random=random, model=label, experiment=experiment.name))
     return verdicts
 

@@ -454,4 +454,4 @@ def show(run: Run) -> None:
     show_files(run.folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
 
 
-KIND = Kind(plan, work, draw, show, renders=None, summary="leaderboard.csv")
+KIND = Kind(plan, work, draw, show, renders=None, summary="leaderboard.csv", whole=True)

@@ -500,4 +500,4 @@ def judge_models(
     return found, failures
 
 
-KIND = Kind(plan, work, draw, show)
+KIND = Kind(plan, work, draw, show, whole=True)

@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pydantic import TypeAdapter
-
 ASKED = "asked"
 """The entry of ``run.json`` that has it."""
 
@@ -63,6 +61,8 @@ class Asked:
         pydantic.ValidationError
             It is nothing that `stored` returned.
         """
+        from pydantic import TypeAdapter  # not before: it takes its time to load
+
         return TypeAdapter(cls).validate_python(dict(stored))
 
     def option(self, name: str, default: Any = None) -> Any:

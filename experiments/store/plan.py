@@ -72,8 +72,8 @@ class Plan(Generic[AnyTrial]):
         A trial's pure function. It is pickled, so it is a function of a module or a `functools.partial` of one. A run
         of runs has none.
     resolved
-        What ``run.json`` has beside what was asked: every parameter, the seed, and the code (`provenance.of`). It is
-        written, and never read back.
+        What ``run.json`` has beside what was asked: every parameter, the seed, and the code (`provenance.of`). Figures
+        and tables read it there; a run that resumes must have an equal one.
     schemas
         Columns of ``trials.parquet`` and ``frames.parquet``; ``parameters`` are further columns.
     declared

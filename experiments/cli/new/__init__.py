@@ -9,6 +9,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from experiments.base.errors import UsageError, check_known
+
 KINDS = {
     "model": ("a model of motion vision", "check"),
     "experiment": ("trials with the robot on a path of your own, and a claim", "run"),
@@ -44,7 +46,6 @@ def write(kind: str, name: str, folder: Path) -> Path:
     OSError
         The file cannot be written.
     """
-    from experiments.base.errors import UsageError, check_known
     from experiments.base.templates import render
 
     check_known("kind", kind, KINDS)

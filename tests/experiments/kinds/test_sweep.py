@@ -386,7 +386,7 @@ def test_a_sweep_begun_from_python_is_repeated_or_says_why_not(tmp_path, monkeyp
                               out="named", **given)  # fmt: skip
     repeated = colias("run", "--again", "named", "--out", "again", "--workers", "0", "-q")
     assert (repeated.returncode, repeated.stdout.split(":")[0]) == (0, "equal"), repeated.stderr
-    assert pl.read_csv("again/outcomes.csv")["seed"].to_list() == first["seed"].to_list() == [2, 3, 2, 3]
+    assert pl.read_csv("again/outcomes.csv")["seed"].to_list() == first.outcomes["seed"].to_list() == [2, 3, 2, 3]
     experiments.sweep(registry.find("crossing.py"), over, claims=("passes",), out="object", **given)
     experiments.sweep("crossing.py", over, claims=(claim,), out="claim", **given)
     for name in ("object", "claim"):
@@ -410,9 +410,9 @@ COUNTED = ("holds", "fails", "replicates", "low", "high", "word")
 
 def test_equal_clips_are_one_replicate_and_its_verdict_is_that_at_any_seed(tmp_path):
     (tmp_path / "crossing.py").write_text(FILE.replace('"cluttered"', '"plain"'))
-    table = experiments.sweep(str(tmp_path / "crossing.py"), ("dsnn.t_sp=0.05,0.9",), seeds=range(20),
+    swept = experiments.sweep(str(tmp_path / "crossing.py"), ("dsnn.t_sp=0.05,0.9",), seeds=range(20),
                               claims=("passes",), out=tmp_path / "out", workers=0, quiet=True)  # fmt: skip
-    assert table.select("dsnn.t_sp", "verdict", "replicate").rows() == [(0.05, "holds", 0), (0.9, "fails", 0)]
+    assert swept.outcomes.select("dsnn.t_sp", "verdict", "replicate").rows() == [(0.05, "holds", 0), (0.9, "fails", 0)]
     assert pl.read_parquet(tmp_path / "out" / "trials.parquet")["trial"].n_unique() == 2, "each clip once"
     counts = pl.read_csv(tmp_path / "out" / "counts.csv")
     assert counts.select(COUNTED).rows() == [(1, 0, 1, None, None, "holds"), (0, 1, 1, None, None, "fails")]
