@@ -61,7 +61,8 @@ def plan(asked: Asked) -> Plan[Any]:
 
 def study_of(asked: Asked, **fields: Any) -> Study:
     """Return the study that was asked for; ``fields`` are further ones of it."""
-    if asked.declared is None and not asked.what:
+    own = any(isinstance(claim, Mapping) for claim in asked.option("claims", ()))  # as run.json has a script's
+    if own or (asked.declared is None and not asked.what):
         raise UsageError("a script gave it an experiment, study or claim of its own: run the script")
     named = asked.declared if asked.declared is not None else ",".join(asked.what)
     options = {name: asked.option(name) for name in ("claims", "measures", "replicates")}
