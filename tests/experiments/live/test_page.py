@@ -15,13 +15,12 @@ import pytest
 from experiments.cli.main import command
 from experiments.live.session import Session
 from experiments.show.robot import forget_simulations
-from tests.helpers.browser import CHROMIUM, PATIENCE_S, Tab, browser
+from tests.helpers.browser import CHROMIUM, PATIENCE_S, SOFTWARE_GL, Tab, browser
 
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'"
 )
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium: on Debian run 'apt-get install chromium'")
-SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 PORT = 8451
 
 
