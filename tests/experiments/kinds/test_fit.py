@@ -197,11 +197,11 @@ def test_more_settings_go_on_from_fewer(folder, undisturbed):
 def test_the_judging_anew_has_whole_replicates_where_the_search_has_fewer_repeats(folder, monkeypatch):
     repeats = {}
 
-    def play(plan, out, pool):
-        repeats[out.name.partition("-")[0]] = plan.study.repeats
-        return sweep.read(plan, [])
+    def played(plan, out, pool):
+        repeats[out.name.partition("-")[0]] = plan.declared.study.repeats
+        return sweep.read(plan.declared, [], [])
 
-    monkeypatch.setattr(sweep, "play", play)
+    monkeypatch.setattr(sweep, "played", played)
     study = Study("few", "few", claims=("C15",), experiments=("speed",), repeats=10)
     few = Fit(study, over=("dsnn.t_sp=0.1..0.2",), trials=2, share=1, sample=2, held_out=1, search_repeats=4)
     experiments.fit(few, out=folder / "few", workers=0, quiet=True)
