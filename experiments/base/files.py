@@ -7,6 +7,7 @@ import dataclasses
 import datetime
 import io
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, count
 from pathlib import Path
@@ -20,8 +21,10 @@ NAME = "run.json"
 """The file that describes a run."""
 
 
-def new_folder(name: str) -> Path:
-    """Return the path of a folder that is not there yet, under ``runs``: a run's name, and the time."""
+def results_folder(out: str | os.PathLike[str] | None, name: str) -> Path:
+    """Return the folder asked for, or the path of a new one under ``runs``: the run's name, and the time."""
+    if out is not None:
+        return Path(out)
     first = Path("runs") / f"{name}-{datetime.datetime.now().strftime('%Y%m%d-%H%M%S')}"
     further = (first.with_name(f"{first.name}-{number}") for number in count(2))  # of a run begun in the same second
     return next(path for path in chain([first], further) if not path.exists())

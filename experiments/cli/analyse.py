@@ -77,7 +77,9 @@ def sweep(
     """
     pool = options.pool(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
-        return _model_claims(model or ["all"], options.results_folder(out, MODEL_CLAIMS), seed, pool)
+        from experiments.base.files import results_folder
+
+        return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, pool)
     given = {"over": over, "claims": _names(claims), "measures": _names(measure), "replicates": replicates}
     asked = Asked(kind="sweep", what=tuple(experiment.split(",")), models=tuple(model or ()),
                   values=options.settings(assignments), repeats=repeats, seed=seed, options=given)  # fmt: skip

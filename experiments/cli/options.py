@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from experiments.base.errors import UsageError
+from experiments.kinds.tables import kind_of
 
 if TYPE_CHECKING:
     from experiments.store.asked import Asked
@@ -76,16 +77,8 @@ def typed(context: typer.Context) -> set[str]:
 
 def check_new(folder: Path) -> None:
     """Raise `UsageError` for a folder that is there and not empty."""
-
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UsageError(f"{folder} must be a new or an empty folder")
-
-
-def results_folder(out: Path | None, name: str) -> Path:
-    """Return the folder asked for, or the path of a new one under ``runs``."""
-    from experiments.base.files import new_folder
-
-    return new_folder(name) if out is None else out
 
 
 def settings(texts: list[str] | None) -> dict[str, str]:
@@ -117,7 +110,8 @@ def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "") -> int
         The exit status: 1 if trials or users' judges failed.
     """
     from experiments.base.console import print_troubles
-    from experiments.kinds.kind import kind_of, perform, planned
+    from experiments.base.files import results_folder
+    from experiments.kinds.kind import perform, planned
 
     plan = planned(asked)
     done = perform(plan, results_folder(out, name or plan.name), workers)

@@ -16,13 +16,13 @@ import typer
 
 from experiments.base import interrupts
 from experiments.base.errors import UsageError
-from experiments.store.asked import Asked
+from experiments.cli import options
+from experiments.kinds.tables import kind_of
+from experiments.store.asked import ASKED, Asked
 from experiments.store.command import begun_by
 
 if TYPE_CHECKING:
     from experiments.store.workers import Workers as Pool
-from experiments.cli import options
-from experiments.store.asked import ASKED
 
 
 def run(
@@ -70,6 +70,7 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     otherwise than it did, such as a file that has changed or another CPU, is named in a note.
     """
     from experiments.base.console import error_console, out_console
+    from experiments.base.files import results_folder
     from experiments.kinds.compare import ROUNDING, first_difference
     from experiments.kinds.kind import perform, planned
     from experiments.kinds.result import load
@@ -81,7 +82,7 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
         raise UsageError(f"{run}: a {there.kind} is not repeated; repeat its parts")
     if there.done < there.planned and ENDED not in there.description:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
-    folder = options.results_folder(out, f"again-{Path(there.name).stem}").absolute()
+    folder = results_folder(out, f"again-{Path(there.name).stem}").absolute()
     options.check_new(folder)
     command, stored = _moved(run, there.description)
     with contextlib.chdir(command["folder"]), begun_by(command):
@@ -141,9 +142,10 @@ def watch(
     folder.
     """
     from colias_sim.gl import has_screen
+    from experiments.base.files import results_folder
     from experiments.draw import viewer
     from experiments.kinds.footage import EARLY, STOPPED
-    from experiments.kinds.kind import kind_of, perform, planned
+    from experiments.kinds.kind import perform, planned
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")
@@ -152,7 +154,7 @@ def watch(
     asked = Asked(kind="watch", what=(source,), models=tuple(model or ()), only=only,
                   values=options.settings(assignments), seed=seed, options=given)  # fmt: skip
     plan = dataclasses.replace(planned(asked), live=has_screen() if view is None else view)
-    report = perform(plan, options.results_folder(out, "watch"), options.pool(0, None, quiet))
+    report = perform(plan, results_folder(out, "watch"), options.pool(0, None, quiet))
     if not quiet:
         kind_of(asked.kind).show(report)
     if report.failures.height or report.description[EARLY]:

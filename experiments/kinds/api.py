@@ -6,12 +6,11 @@ import operator
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from experiments.base.console import print_troubles
 from experiments.base.errors import UsageError
-from experiments.base.files import new_folder
+from experiments.base.files import results_folder
 from experiments.base.values import values
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
@@ -149,7 +148,7 @@ def asked_of(
 
 def _performed(plan: Plan[Any], call: str, out: str | os.PathLike[str] | None, pool: Workers) -> Run:
     """Do a run in the folder asked for, or in a new one, and print what went wrong in users' claims."""
-    folder = new_folder(plan.name) if out is None else Path(out)
+    folder = results_folder(out, plan.name)
     with begun_by({"call": call}):
         done = perform(plan, folder, pool)
     print_troubles(done.troubles)

@@ -18,7 +18,7 @@ from dsnn.stimuli import STIMULI, StimulusEntry
 from experiments.base import console, interrupts
 from experiments.base.console import error_console, progress, show_files
 from experiments.base.errors import TrialError, UsageError, as_usage_error
-from experiments.base.files import NAME, new_folder, part
+from experiments.base.files import NAME, part, results_folder
 from experiments.base.user_code import is_own
 from experiments.base.values import values
 from experiments.declare.clip import Clip, find_stimulus
@@ -395,6 +395,6 @@ def watch(
         kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
         values=values(settings), seed=seed, options=options,
     )  # fmt: skip
-    folder = new_folder("watch") if out is None else Path(out)
+    folder = results_folder(out, "watch")
     with begun_by({"call": "experiments.watch"}):
         return perform(plan(asked), folder, Workers(0, quiet=quiet))

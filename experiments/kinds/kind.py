@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from experiments.kinds.result import Run, load
-from experiments.kinds.tables import KINDS, shipped
+from experiments.kinds.tables import kind_of
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, filled
@@ -67,15 +67,10 @@ def concluding(
     return work
 
 
-def kind_of(name: str) -> Kind:
-    """Return a kind of run by its name in ``run.json``."""
-    found: Kind = shipped(KINDS[name])
-    return found
-
-
 def planned(asked: Asked) -> Plan[Any]:
     """Return the plan of what was asked, by its kind; `UsageError` for what cannot be run. Nothing is written."""
-    return kind_of(asked.kind).plan(asked)
+    kind: Kind = kind_of(asked.kind)
+    return kind.plan(asked)
 
 
 def perform(plan: Plan[Any], out: Path, pool: Workers) -> Run:
@@ -100,7 +95,7 @@ def perform(plan: Plan[Any], out: Path, pool: Workers) -> Run:
     UsageError
         The folder holds another run.
     """
-    kind = kind_of(plan.asked.kind)
+    kind: Kind = kind_of(plan.asked.kind)
     if kind.renders is None:
         kind.work(plan, out, pool)
     else:

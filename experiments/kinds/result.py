@@ -22,7 +22,7 @@ from experiments.declare.experiment import WHOLE
 from experiments.judge import stored
 from experiments.judge.tests import SUMMARY
 from experiments.judge.verdict import Verdict
-from experiments.kinds.tables import KINDS, shipped
+from experiments.kinds.tables import KINDS, kind_of
 from experiments.settings import parameters
 from experiments.settings.models import counted_channel
 from experiments.show.excitation import without_parts
@@ -106,7 +106,7 @@ class Run:
 
         Of other kinds the table that sums up the run, as ``leaderboard.csv`` or ``counts.csv``.
         """
-        return self._csv(shipped(KINDS[self.kind]).summary if self.kind in KINDS else "summary.csv")
+        return self._csv(kind_of(self.kind).summary if self.kind in KINDS else "summary.csv")
 
     @cached_property
     def comparisons(self) -> pl.DataFrame:
@@ -220,17 +220,17 @@ class Run:
     @property
     def whole(self) -> bool:
         """Whether its folder holds runs, and no trials of its own."""
-        return self.kind not in KINDS or bool(shipped(KINDS[self.kind]).whole)
+        return self.kind not in KINDS or bool(kind_of(self.kind).whole)
 
     @property
     def chapter(self) -> str:
         """The heading of such runs on a page; empty of those that no page has."""
-        return str(shipped(KINDS[self.kind]).chapter)
+        return str(kind_of(self.kind).chapter)
 
     @property
     def words(self) -> str:
         """What it shows, and what its robots did not do as planned, in a sentence or two."""
-        return str(shipped(KINDS[self.kind]).words(self))
+        return str(kind_of(self.kind).words(self))
 
     @property
     def measured(self) -> bool:
@@ -284,7 +284,7 @@ class Run:
         UsageError
             The run has no trials yet, or is of a kind whose figure is not drawn from its tables: a sweep, say.
         """
-        drawn: Figure = shipped(KINDS[self.kind]).draw(self)
+        drawn: Figure = kind_of(self.kind).draw(self)
         setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
         return drawn
 

@@ -85,6 +85,11 @@ BOARDS: Mapping[str, str] = {
 """What is made of many runs -> its module."""
 
 
+def kind_of(name: str) -> Any:
+    """Return a kind of run, a `experiments.kinds.kind.Kind`, by its name in ``run.json``."""
+    return shipped(KINDS[name])
+
+
 def shipped(place: str) -> Any:
     """Import what ``module:NAME`` names, or the module alone.
 

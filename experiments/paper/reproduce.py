@@ -36,10 +36,10 @@ from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import clips as offline
 from experiments.kinds import episodes, registry, sweep, sweep_plan
 from experiments.kinds import trials as robot_run
-from experiments.kinds.kind import Kind, kind_of
+from experiments.kinds.kind import Kind
 from experiments.kinds.registry import asked_models, claims_on, find_claim, shipped_study
 from experiments.kinds.result import Run, load, whole_networks
-from experiments.kinds.tables import OFFLINE
+from experiments.kinds.tables import OFFLINE, kind_of
 from experiments.paper.claims import footage, model_clips
 from experiments.paper.claims.clips import LEAST_GREYS, with_model
 from experiments.paper.claims.models import model_claims
