@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
+from colias_sim.scene import timestep
 
 LENS = CameraConfig().forward_cm / 100
 STILL = SceneConfig(light_sd=0, turn_wall=False)
 PLAIN = SceneConfig(arena="plain", light_sd=0, turn_wall=False)
 AWAY = Pose(-0.3, 0.0, 0.0)
 QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0)
+ROLLING = dataclasses.replace(
+    QUIET, fps=5.0, row_time_us=1e6 * timestep(5.0), row_bands=72, exposure_ms=0.0, supersample=4
+)
+"""A row a physics step: no moment is rounded. At 30 fps moments are whole steps too, so a row may be 0.9 ms off."""
 
 
 def frames(camera: CameraConfig, scene: SceneConfig = STILL, stimulus: Pose = AWAY, count: int = 1) -> list[Frame]:

@@ -61,8 +61,8 @@ def errors(result: Any) -> dict[str, list[dict[str, Any]]]:
 def distance(ours: pl.DataFrame, floats: pl.DataFrame) -> dict[str, Any]:
     """Measure a format against the float network, frame by frame, on all trials that both responded in.
 
-    ``lost`` and ``gained`` are spikes that the float network or the format alone has, over all frames, as
-    `dsnn.onboard.error.differences` counts them: a spike of the other sign is one lost and one gained.
+    ``lost`` and ``gained`` are spikes that the float network or the format alone has, over all frames. A spike of the
+    other sign is one lost and one gained.
 
     Parameters
     ----------

@@ -12,30 +12,21 @@ from functools import cache
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
+from colias_sim import CameraConfig, Pose, Simulation
 from colias_sim.calibrate import (
     control_zone,
     exposure_loop,
-    fixed_pattern,
     noise_levels,
     photon_transfer,
     row_time_us,
     unsteadiness,
 )
-from colias_sim.scene import timestep
 from experiments.cli import main
 from experiments.robot.calibrate import leaning
 from experiments.store.recordings import write_pictures
+from tests.colias_sim.views import AWAY, LENS, PLAIN, ROLLING, STILL
 
-LENS = CameraConfig().forward_cm / 100
-AWAY = Pose(-0.3, 0.0, 0.0)
-PLAIN = SceneConfig(arena="plain", light_sd=0, turn_wall=False)
-GREYS = SceneConfig(light_sd=0, turn_wall=False)
-QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0)
 NOISY = CameraConfig(shot_noise=4.0, read_noise=2.0, gain=1.5)
-ROLLING = dataclasses.replace(
-    QUIET, fps=5.0, row_time_us=1e6 * timestep(5.0), row_bands=72, exposure_ms=0.0, supersample=4
-)
 LOOP = CameraConfig(auto_exposure=True, ae_start="cold")
 TOLERANCE = {"ae_step": 0.02, "ae_steps": 0.0, "ae_target": 0.01, "ae_zone": 0.05}
 """Relative. An end of the zone lies in an interval of about a step over the number of settlings: half a grey level."""
@@ -43,7 +34,7 @@ TOLERANCE = {"ae_step": 0.02, "ae_steps": 0.0, "ae_target": 0.01, "ae_zone": 0.0
 
 def still(camera: CameraConfig, count: int, light: float = 1.0) -> np.ndarray:
     """Frames of a scene at rest, (T, R, C)."""
-    with Simulation(camera=camera, scene=GREYS) as sim:
+    with Simulation(camera=camera, scene=STILL) as sim:
         rng = np.random.default_rng(3)
         sim.reset({"stimulus": AWAY}, np.random.default_rng(0), light=light)
         return np.stack([sim.step(rng).luma for _ in range(count)])
@@ -179,15 +170,6 @@ def test_the_command_names_what_is_doubtful_and_gives_no_uncertain_setting(tmp_p
         write_pictures(tmp_path / f"loop{number}", settlings(LOOP)[number], ".pgm")
     settings, notes = camera(tmp_path, capsys)
     assert set(settings) == {"gain", "shot_noise", "read_noise"} and len(notes) == 2
-
-
-def test_a_fixed_pattern_is_told_from_temporal_noise_and_shading():
-    rng = np.random.default_rng(5)
-    y, x = np.indices((40, 60))
-    lit = 120 + 0.2 * x - 0.1 * y + 0.002 * x * x
-    for strength in (0.0, 1.5):
-        frames = lit + rng.normal(0, strength, lit.shape) + rng.normal(0, 2.0, (100, *lit.shape))
-        assert fixed_pattern(np.rint(frames).astype(np.uint8)) == pytest.approx(strength, rel=0.05, abs=0.1)
 
 
 def camera(folder, capsys, *options: str) -> tuple[dict[str, str], list[str]]:
