@@ -1,7 +1,5 @@
 """The eye's parts against closed forms and the standards of camera metrology: EMVA 1288, ISO 12233."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from unittest.mock import patch
@@ -15,7 +13,7 @@ from colias_sim.calibrate import edge_columns, lean, noise_levels, photon_transf
 from colias_sim.exposure import exposure_samples, next_exposure, plan_frame
 from colias_sim.registers import GAMMA_VENDOR
 from colias_sim.scene import steps_per_frame, timestep
-from tests.colias_sim.views import AWAY, LENS, PLAIN, QUIET, ROLLING, frames, view
+from tests.colias_sim.views import AWAY, LENS, PLAIN, QUIET, ROLLING, crossing, frames, view
 
 FLOOR = slice(58, 72)
 """Rows that show nothing but floor, evenly lit."""
@@ -37,14 +35,10 @@ def left_edge(y: float, x: float = 0.08, radius: float = 0.02) -> float:
 def test_an_edge_leans_by_row_time_times_speed():
     """Row time x speed, as the pinhole sees it: the edge below is younger, so it is farther to the right."""
     with Simulation(camera=ROLLING, scene=PLAIN) as sim:
-        rng = np.random.default_rng(0)
-        sim.reset({"stimulus": Pose(LENS + 0.08, 0.028, -math.pi / 2)}, rng)
-        robot = sim.robots["stimulus"]
-        robot.drive(robot.wheels_for(SPEED, 0.0))
-        sim.step(rng)
-        before = robot.pose.y
-        luma = sim.step(rng).luma
-        speed, y = (before - robot.pose.y) * ROLLING.fps, robot.pose.y
+        crossing(sim, Pose(LENS + 0.08, 0.028, -math.pi / 2), SPEED, 1)
+        before = sim.robots["stimulus"].pose.y
+        luma, y = sim.step(np.random.default_rng(0)).luma, sim.robots["stimulus"].pose.y
+        speed = (before - y) * ROLLING.fps
     assert speed == pytest.approx(SPEED, rel=0.01)
     empty, rows = view(ROLLING, PLAIN), np.arange(30, 52)
     row_s = ROLLING.row_time_us * 1e-6

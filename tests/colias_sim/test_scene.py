@@ -15,6 +15,7 @@ from colias_sim.offscreen import Offscreen
 from colias_sim.scene import compile_model, compose, groups_of, hidden, texels
 from scenes import ARENAS, FOLDER, ROBOTS, generate
 from tests.colias_sim.views import QUIET, STILL, view
+from tests.helpers.arenas import written
 
 
 @pytest.mark.parametrize("name", [*ARENAS, *ROBOTS])
@@ -129,9 +130,7 @@ def test_a_geom_of_an_arena_is_seen_in_every_group_that_mujoco_draws(tmp_path):
 
     def luma(group):
         box = f'<geom name="box" type="box" size=".02 .02 .02" pos=".15 0 .02" rgba="0 0 0 1" group="{group}"/>'
-        path = tmp_path / f"{group}.xml"
-        path.write_text(f'<mujoco><include file="bright.xml"/><worldbody>{box}</worldbody></mujoco>')
-        return view(QUIET, dataclasses.replace(STILL, arena=str(path)))
+        return view(QUIET, dataclasses.replace(STILL, arena=written(tmp_path, box)))
 
     usual, without = luma(0), luma(3)
     assert np.abs(usual.astype(int) - without).max() > 100

@@ -1,7 +1,5 @@
 """Frames of a scene at rest, and the settings without noise that many tests of the eye share."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -26,6 +24,15 @@ def frames(camera: CameraConfig, scene: SceneConfig = STILL, stimulus: Pose = AW
         rng = np.random.default_rng(0)
         sim.reset({"stimulus": stimulus}, rng)
         return [sim.step(rng) for _ in range(count)]
+
+
+def crossing(sim: Simulation, start: Pose, speed: float, count: int) -> list[Frame]:
+    """Frames of a stimulus that drives ahead from ``start`` at ``speed`` m/s."""
+    rng = np.random.default_rng(0)
+    sim.reset({"stimulus": start}, rng)
+    robot = sim.robots["stimulus"]
+    robot.drive(robot.wheels_for(speed, 0.0))
+    return [sim.step(rng) for _ in range(count)]
 
 
 def view(camera: CameraConfig, scene: SceneConfig = STILL, stimulus: Pose = AWAY) -> np.ndarray:

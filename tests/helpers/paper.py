@@ -1,7 +1,5 @@
 """Replicates of the paper's experiments with the robot, and what stands for their rows."""
 
-from __future__ import annotations
-
 from experiments.judge.sweep import EVERY_MODEL, read
 from experiments.paper.reproduce import replicates_plan
 

@@ -1,7 +1,5 @@
 """The plan of an experiment's run, as a call or a command has it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

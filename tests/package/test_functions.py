@@ -1,7 +1,5 @@
 """How functions are written: their length, and what they import."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from functools import cache

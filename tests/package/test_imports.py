@@ -1,7 +1,5 @@
 """The direction of imports, read from the source: every package has a floor, and imports those below it alone."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import re

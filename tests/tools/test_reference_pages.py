@@ -1,7 +1,5 @@
 """What the documentation's generated pages are made of, without Sphinx: equations, commands, units."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from typing import get_args, get_type_hints

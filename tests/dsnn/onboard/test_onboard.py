@@ -1,7 +1,5 @@
 """The network in the robot's arithmetic: C equal to its specification to the bit, its laws, and how far floats are."""
 
-from __future__ import annotations
-
 import ctypes
 import dataclasses
 import subprocess

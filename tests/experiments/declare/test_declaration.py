@@ -1,7 +1,5 @@
 """What an experiment may declare, refused in one line otherwise."""
 
-import dataclasses
-
 import pytest
 
 from experiments.declare.conditions import Condition
@@ -32,13 +30,6 @@ GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "d
 def test_a_condition_no_trial_can_have(changes):
     with pytest.raises(ValueError):
         Condition(**{**GOOD, **changes})
-
-
-def test_whole_numbers_become_what_the_column_holds():
-    condition = Condition("approach", "straight", 6, 5, 20, 0)
-    numbers = [value for value in dataclasses.astuple(condition) if isinstance(value, int | float)]
-    assert len(numbers) == 7 and all(type(value) is float for value in numbers)
-    assert condition == Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
 
 
 def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_own(tmp_path):

@@ -1,7 +1,5 @@
 """Fits: what is planted is found, luck is exposed, a fit resumes; and the box."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Driving by hand behind the page: what is seen, what is recorded, what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import polars as pl
@@ -13,11 +11,10 @@ from experiments.cli.main import command
 from experiments.declare.conditions import Hand
 from experiments.declare.experiment import visit
 from experiments.live.session import START, Session
-from tests.experiments.show.test_surroundings import pillar, written
+from tests.helpers.arenas import pillar, written
 
 T = 0.2
 """The robot's spiking threshold of the DSNN."""
-FRAMES = 60
 
 
 def hs(session: Session, frames: int, channel: str = "hs") -> list[float]:

@@ -130,7 +130,6 @@ def test_one_clip_refutes_a_claim_about_every_clip_whichever_others_are_missing(
 # One thing broken.
 
 VALLEY, RISING = enough("C10"), greys(lambda g, s: (abs(g - 128) + 10) * s / 1e5)
-STEADY, WAVERING = (grid("dsnn", lambda s, b: s / 400 - b / 1000), grid("dsn2017", lambda s, b: s / 400 - b / 20))
 FAILING = {
     "C1, leftward too weak": ("C1", changed(enough("C1"), {"trough_hs": -0.15}, motion="leftward")),
     "C1, the wrong way": ("C1", changed(enough("C1"), {"trough_vs": 0.2, "peak_vs": 0.3}, motion="upward")),
@@ -197,7 +196,7 @@ def test_what_lies_inside_its_bound_however_closely_satisfies(claim):
 
 # Models whose constants are not known.
 
-FLAT = grid("dsn2017", lambda s, b: 1.0)
+STEADY, FLAT = grid("dsnn", lambda s, b: s / 400 - b / 1000), grid("dsn2017", lambda s, b: 1.0)
 OF_OTHERS = {
     "C5, the other too is silent": ("C5", changed(enough("C5"), {"trough_vs": -0.15}, model="dsn2017")),
     "C6, the other too is silent": ("C6", changed(enough("C6"), {"peak_vs": 0.15}, model="dsn2017")),

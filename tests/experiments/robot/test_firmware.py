@@ -1,7 +1,5 @@
 """The network on the robot's chip: exported, built, emulated and compared; skipped where a tool is missing."""
 
-from __future__ import annotations
-
 import dataclasses
 import subprocess
 from contextlib import closing
@@ -10,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.cli import main
 from experiments.robot import export, firmware, qemu
 from tests.helpers.firmware import needs_tools
 
@@ -89,10 +86,3 @@ def test_a_budget_says_which_memory_is_too_small_and_by_how_much():
         assert (again["over"], again["memory"]) == (more, memory)
     tight = dataclasses.replace(settings, stack=row["stack_used"] + 943, flash=4096)
     assert firmware.measure((network, tight), 1)["memory"] == "lacks flash, stack"
-
-
-def test_the_commands(capsys):
-    sets = [word for text in SMALL for word in ("--set", text)]
-    assert main.command(["firmware", "budget", *sets]) == 0
-    assert main.command(["firmware", "check", *sets]) == 0
-    assert "equal: 1,144 frames" in capsys.readouterr().out

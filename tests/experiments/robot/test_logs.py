@@ -1,7 +1,5 @@
 """A robot's log as a run: a run's own log comes back equal, and what is wrong in a log is named by its line."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The program that measures itself: its records in C and Python, its run in the emulator, what a damaged line costs."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import re
