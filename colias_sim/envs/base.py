@@ -468,9 +468,7 @@ class TargetEnv(ColiasEnv[Options]):
 
     def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
         """Compute the columns of an episode."""
-        return {
-            "in_view": float(infos["in_view"].mean()), "off_axis_deg": float(np.abs(infos["bearing_deg"]).mean())
-        }  # fmt: skip
+        return {"in_view": float(infos["in_view"].mean()), "off_axis_deg": float(np.abs(infos["bearing_deg"]).mean())}
 
     def _centre(self) -> float:
         """Compute the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""

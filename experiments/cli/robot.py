@@ -166,7 +166,7 @@ def import_log(
     assignments: options.Assignments = None,
     out: options.Out = None,
     quiet: options.Quiet = False,
-) -> int:  # fmt: skip
+) -> int:
     """Make a run of what a real Colias has sent, with the tables, figure and verdicts of a simulated one.
 
     The run is marked as measured. The same judges and bounds apply.
