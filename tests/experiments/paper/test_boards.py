@@ -8,15 +8,20 @@ import polars as pl
 import pytest
 
 from dsnn import MODELS
+from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
+from experiments.declare.experiment import Translation
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
+from experiments.kinds.kind import perform
 from experiments.paper import boards as board
 from experiments.paper.boards import DIRECTION, LOOMING, RESPONSES
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import choose
 from experiments.show.clips import ClipTrial
 from experiments.store.asked import Asked
+from experiments.store.workers import Workers
+from tests.helpers import user_files
 
 
 def planned(*models):
@@ -147,3 +152,34 @@ def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_mode
         assert [rows[y] for y in dots.get_ydata()] == [model for model, *_ in known], name
         ends = [segment[:, 0] for segment in whiskers.get_segments()]
         np.testing.assert_allclose(np.column_stack([dots.get_xdata(), ends]), [one[1:] for one in known], err_msg=name)
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """A board of two robot trials and a few clips, without timing."""
+    whole = board.clip_experiments
+
+    def some(kind, models):
+        return tuple(dataclasses.replace(part, clips=part.clips[::15]) for part in whole(kind, models))
+
+    robot = dataclasses.replace(board.ROBOT, design=Translation((10.0,), (6.0,), "both"))
+    monkeypatch.setattr(board, "ROBOT", robot)
+    monkeypatch.setattr(board, "clip_experiments", some)
+    monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
+
+
+def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
+    (tmp_path / "my_model.py").write_text(user_files.MODEL)
+    plan = planned("lgmd1", str(tmp_path / "my_model.py"))
+    run = perform(plan, tmp_path / "out", Workers(0))
+    boards = board.tables(run)
+    assert run.failures.is_empty()
+    assert boards[DIRECTION].select("model", "direction_robot", "direction_robot_n").rows() == [("gradient", 1.0, 2)]
+    assert boards[LOOMING]["model"].to_list() == ["lgmd1"]
+    again = board.tables(perform(plan, tmp_path / "out", Workers(0)))
+    assert capsys.readouterr().err.count(" of them done already") == 5
+    for kind in (DIRECTION, LOOMING):
+        assert boards[kind].equals(again[kind])
+        assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
+    with pytest.raises(UsageError, match="emd"):
+        perform(planned("emd"), tmp_path / "out", Workers(0, quiet=True))

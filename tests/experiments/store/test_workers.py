@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import experiments
 from experiments.store.workers import DIED, Workers, finished
 
 
@@ -97,6 +98,17 @@ def test_a_cluster_that_is_lost_ends_the_run():
             if len(done) == 3:
                 cluster.close()
     assert len(done) >= 3
+
+
+def test_a_cluster_plays_a_run_to_equal_rows(tmp_path):
+    shape = {"rows": 40, "columns": 60, "width": 9, "height": 20, "speed": 240.0}
+    small = experiments.OfflineExperiment("small", "small", (experiments.Clip("right", "plain", shape),), ("dsnn",))
+    with local_cluster() as cluster:
+        there, here = (
+            experiments.run(small, repeats=3, recordings=False, quiet=True, out=tmp_path / name, **where).trials
+            for name, where in (("there", {"cluster": cluster.scheduler_address}), ("here", {"workers": 0}))
+        )
+    assert there.drop("wall_s").equals(here.drop("wall_s"))
 
 
 @pytest.mark.parametrize("workers", [0, 1])
