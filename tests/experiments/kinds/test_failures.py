@@ -5,11 +5,16 @@ import json
 import polars as pl
 import pytest
 
+from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments.base.templates import render
 from experiments.declare.clip import Clip
+from experiments.declare.conditions import Condition
 from experiments.kinds.clips import play_clip
 from experiments.settings.models import choose
+from experiments.settings.settings import Settings
 from experiments.show.clips import ClipTrial
+from experiments.show.play import play
+from experiments.show.robot import RobotTrial
 from tests.helpers import user_files
 from tests.helpers.envs import end_after
 
@@ -28,7 +33,7 @@ USERS_FILES = {
     "claim about clips": ("stimulus", "    right, left =", ("run", "mine.py")),
     "behaviour": ("behaviour", "        self.mean +=", ("behave", "mine.py", "--episodes", "1")),
     "arena": ("arena", "    pillars =", ("run", "speed", "--set", "scene.arena=mine.py")),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", USERS_FILES)
@@ -59,8 +64,17 @@ def write_model(folder, instead: str) -> None:
     (folder / "my_model.py").write_text(text)
 
 
-def clip_of(*models):
+def trial_of(models):
+    condition = Condition("translation", "rightward", 35.0, 8.0)
+    settings = Settings(models, RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+    return play(RobotTrial("test", 0, 0, 7, condition, settings))
+
+
+def clip_of(models):
     return play_clip(ClipTrial("test", 0, 0, 7, Clip("small", "plain", (("rows", 24), ("columns", 32))), models))
+
+
+RUNS = {"trial": trial_of, "clip": clip_of}
 
 
 def rows_of(record, model):
@@ -79,12 +93,13 @@ BREAKS = {
 }
 
 
+@pytest.mark.parametrize("run", RUNS)
 @pytest.mark.parametrize("kind", BREAKS)
-def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(kind, tmp_path):
+def test_a_model_that_breaks_in_frame_5_loses_its_own_rows_alone(run, kind, tmp_path):
     write_model(tmp_path, RAISES.format(BREAKS[kind]))
     path = tmp_path / "my_model.py"
-    record = clip_of(choose(str(path)), choose("dsnn"))
-    assert rows_of(record, "dsnn") == rows_of(clip_of(choose("dsnn")), "dsnn")
+    record = RUNS[run]((choose(str(path)), choose("dsnn")))
+    assert rows_of(record, "dsnn") == rows_of(RUNS[run]((choose("dsnn"),)), "dsnn")
     assert {row["model"] for row in record.rows} == {"dsnn"}
     (trouble,) = record.troubles.values()
     assert [*record.troubles] == ["gradient"]
