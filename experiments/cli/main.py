@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -84,8 +85,12 @@ def parser() -> Any:
     return typer.main.get_command(app)
 
 
-def command(arguments: list[str]) -> int:
-    """Do what a command line asks for, and return the exit status. Raises `UsageError` for what it cannot mean."""
+def command(arguments: list[str] | None = None) -> int:
+    """Do what a command line asks for, otherwise this process's, and return the exit status.
+
+    Raises `UsageError` for what it cannot mean.
+    """
+    arguments = arguments or sys.argv[1:] or ["--help"]
     if arguments[0] == "--version":
         from importlib.metadata import version
 

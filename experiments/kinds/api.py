@@ -11,7 +11,7 @@ from typing import Any
 from experiments.base.console import print_troubles
 from experiments.base.errors import UsageError
 from experiments.base.files import results_folder
-from experiments.base.values import values
+from experiments.base.values import by_key
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
 from experiments.declare.study import Fit, Study, tuple_of
@@ -24,7 +24,7 @@ from experiments.store.command import begun_by
 from experiments.store.plan import Plan
 from experiments.store.workers import Workers
 
-__all__ = ["asked_of", "fit", "run", "sweep"]
+__all__ = ["fit", "run", "sweep"]
 
 
 def run(
@@ -97,53 +97,17 @@ def run(
     >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
     >>> speed.claims.select("id", "model", "count")
     """
-    asked = asked_of(
-        experiment, seed=seed, repeats=repeats, eyes=eyes, models=models, only=only, settings=settings,
-        pictures=pictures, recordings=recordings,
+    given = os.fspath(experiment) if isinstance(experiment, str | os.PathLike) else experiment
+    found = registry.find(given)
+    hand = found.conditions()[0].hand if isinstance(found, Experiment) and found.name == LIVE else None
+    own = None if isinstance(given, str) or hand else found
+    options = {"eyes": eyes, "recordings": recordings, "pictures": pictures and os.fspath(pictures)}
+    asked = Asked(
+        kind=found.kind, what=(given,) if isinstance(given, str) else (), models=tuple(model_texts(models)), only=only,
+        values=by_key(settings), repeats=None if repeats is None else operator.index(repeats),
+        seed=operator.index(seed), options={**options, **({"hand": asdict(hand)} if hand else {})}, declared=own,
     )  # fmt: skip
-    plan = planned(asked)
-    return _performed(plan, "experiments.run", out, Workers(workers, cluster, quiet=quiet))
-
-
-def asked_of(
-    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment,
-    *,
-    seed: int = 0,
-    repeats: int | None = None,
-    eyes: str = "one",
-    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
-    only: bool = False,
-    settings: Mapping[str, Any] | None = None,
-    pictures: str | os.PathLike[str] | None = None,
-    recordings: bool = True,
-) -> Asked:
-    """Return what a call of `run` asks for, with its arguments.
-
-    Returns
-    -------
-    Asked
-        Of trials with the robot, or of clips, by the experiment.
-    """
-    options: dict[str, Any] = {"eyes": eyes, "recordings": recordings}
-    what: tuple[str, ...] = ()
-    declared: Experiment | OfflineExperiment | None = None
-    if isinstance(experiment, str | os.PathLike):
-        what = (os.fspath(experiment),)
-        kind = registry.find(what[0]).kind
-    else:
-        declared, kind = experiment, experiment.kind
-        hand = (
-            experiment.conditions()[0].hand if isinstance(experiment, Experiment) and experiment.name == LIVE else None
-        )
-        if hand is not None:
-            options["hand"], declared = asdict(hand), None
-    if pictures is not None:
-        options["pictures"] = os.fspath(pictures)
-    return Asked(
-        kind=kind, what=what, models=tuple(model_texts(models)), only=only, values=values(settings),
-        repeats=None if repeats is None else operator.index(repeats), seed=operator.index(seed),
-        options=options, declared=declared,
-    )  # fmt: skip
+    return _performed(planned(asked), "experiments.run", out, Workers(workers, cluster, quiet=quiet))
 
 
 def _performed(plan: Plan[Any], call: str, out: str | os.PathLike[str] | None, pool: Workers) -> Run:
@@ -282,7 +246,7 @@ def sweep(
     }
     asked = Asked(
         kind="sweep", what=named, declared=None if named else experiment, models=tuple(model_texts(models or ())),
-        values=values(settings), repeats=repeats, seed=seeds.start if seeds else 0,
+        values=by_key(settings), repeats=repeats, seed=seeds.start if seeds else 0,
         options={name: value if isinstance(value, int) else list(value) for name, value in options.items() if value},
     )  # fmt: skip
     return _performed(planned(asked), "experiments.sweep", out, Workers(workers, cluster, quiet=quiet))

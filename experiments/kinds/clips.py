@@ -23,7 +23,7 @@ from experiments.kinds.result import Run, load
 from experiments.settings.models import shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import folder_pictures
-from experiments.settings.settings import assignments, check_counts, watchers
+from experiments.settings.settings import check_counts, watchers
 from experiments.show.clips import TRIALS, ClipTrial, described_scenes, record, trials_of
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
@@ -79,7 +79,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     repeats = experiment.repeats if asked.repeats is None else asked.repeats
     check_counts(asked.seed, repeats, f"{experiment.name}: repeats" if asked.repeats is None else "--repeats")
     models = shown_models(experiment.models, asked.models, asked.only)
-    chosen, _ = watchers(models, assignments(asked.values))
+    chosen = watchers(models, asked.values)
     trials, changed = trials_of(experiment, chosen, repeats, asked.seed, pictures), differing(chosen, offline=True)
     recordings = bool(asked.option("recordings", True)) and experiment.recorded
     resolved = {

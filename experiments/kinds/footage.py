@@ -20,7 +20,7 @@ from experiments.base.console import error_console, progress, show_files
 from experiments.base.errors import TrialError, UsageError, as_usage_error
 from experiments.base.files import NAME, part, results_folder
 from experiments.base.user_code import is_own
-from experiments.base.values import values
+from experiments.base.values import by_key
 from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
 from experiments.draw.terminal import show_verdicts
@@ -31,7 +31,7 @@ from experiments.kinds.result import Run
 from experiments.kinds.tables import CLAIMS, shipped
 from experiments.settings.models import ConfiguredModel, model_texts, rate_notes, shown_models
 from experiments.settings.parameters import differing
-from experiments.settings.settings import assignments, changed, check_counts, collect, watchers
+from experiments.settings.settings import check_counts, in_sections, watchers
 from experiments.show.clips import open_clip, recorded
 from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
@@ -81,7 +81,7 @@ def plan(asked: Asked) -> Plan[Trial]:
         There is nothing to read, or an argument is invalid.
     """
     (name,), seed, jitter_px = asked.what, asked.seed, asked.option("jitter_px", 0.0)
-    seconds, size, texts = asked.option("seconds"), asked.option("size"), assignments(asked.values)
+    seconds, size = asked.option("seconds"), asked.option("size")
     check_counts(seed)
     if seconds is not None and not seconds > 0:
         raise UsageError(f"seconds must be above 0, got {seconds}")
@@ -89,14 +89,15 @@ def plan(asked: Asked) -> Plan[Trial]:
     entry = find_stimulus(name) if name in STIMULI or name.endswith(".py") else None
     clip = None
     if entry:
-        clip = clip_of(entry, [text for text in texts if text.partition(".")[0] == entry.name], jitter_px)
+        own = {key: value for key, value in asked.values.items() if key.partition(".")[0] == entry.name}
+        clip = clip_of(entry, own, jitter_px)
     elif seed or jitter_px:
         raise UsageError(f"{name}: a seed and jitter are of a stimulus, which a film is not")
     source = VideoSource(
         name, tuple(size) if size else None, seconds, flow=bool(asked.option("judge", False)),
         stimulus=open_clip(clip, seed) if clip else None,
     )  # fmt: skip
-    chosen, _ = watchers(labels, texts, {entry.name: entry.params} if entry else {}, asked.option("fps"))
+    chosen = watchers(labels, asked.values, {entry.name: entry.params} if entry else {}, asked.option("fps"))
     return _planned(asked, Trial("watch", 0, 0, seed, source, chosen))
 
 
@@ -118,10 +119,9 @@ def _planned(asked: Asked, trial: Trial) -> Plan[Trial]:
     )  # fmt: skip
 
 
-def clip_of(entry: StimulusEntry, texts: Sequence[str], jitter_px: float) -> Clip:
-    """Return a stimulus with ``NAME.PARAM=VALUE`` set, before a trembling camera; `UsageError` if not legal."""
-    changes = collect(texts, {entry.name: entry.params})
-    params = changed(entry.name, entry.params, changes.get(entry.name, {}))
+def clip_of(entry: StimulusEntry, values: Mapping[str, Any], jitter_px: float) -> Clip:
+    """Return a stimulus with ``values`` by key, before a trembling camera; `UsageError` if not legal."""
+    params = in_sections(values, {entry.name: entry.params})[entry.name]
     with as_usage_error(f"{entry.name}: "):
         return Clip(entry.name, replace(entry, params=params), (), jitter_px)
 
@@ -393,7 +393,7 @@ def watch(
     options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings}
     asked = Asked(
         kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
-        values=values(settings), seed=seed, options=options,
+        values=by_key(settings), seed=seed, options=options,
     )  # fmt: skip
     folder = results_folder(out, "watch")
     with begun_by({"call": "experiments.watch"}):

@@ -41,9 +41,8 @@ from experiments.robot.logs import (
     record,
     trial_folder,
 )
-from experiments.settings.apparatus import configure
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
-from experiments.settings.settings import assignments
+from experiments.settings.settings import configure
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
@@ -86,7 +85,7 @@ def plan(asked: Asked) -> Plan[LogTrial]:
     table = read(path, next(iter(declared), "dsnn"))
     of_model = _of_models(path, table, declared, asked.models, frames)
     texts = list(dict.fromkeys([*(declared.get(label, label) for label in of_model), *asked.models]))
-    chosen, settings = configure(experiment, texts, assignments(asked.values))
+    chosen, settings = configure(experiment, texts, asked.values)
     by_text = dict(zip(texts, settings.models, strict=True))
     ran = {label: by_text[declared.get(label, label)] for label in of_model}
     playing = {label: logged(model, of_model[label]) for label, model in ran.items()}

@@ -23,7 +23,6 @@ from experiments.kinds.kind import Kind
 from experiments.kinds.registry import typed
 from experiments.kinds.result import Run
 from experiments.kinds.sweep_plan import planned
-from experiments.settings.settings import assignments
 from experiments.show import clips
 from experiments.show.play import FRAMES, Trial, tabulate
 from experiments.show.play import show as shown_to
@@ -68,7 +67,7 @@ def study_of(asked: Asked, **fields: Any) -> Study:
     options = {name: asked.option(name) for name in ("claims", "measures", "replicates")}
     return typed(
         named, asked.option("over", ()), models=asked.models or None,
-        assignments=assignments(asked.values), **options, **fields,
+        assignments=asked.values, **options, **fields,
     )  # fmt: skip
 
 

@@ -26,11 +26,10 @@ from experiments.kinds.compare import corrected, tested
 from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
-from experiments.settings.apparatus import changes, configure
 from experiments.settings.models import shown_models
 from experiments.settings.parameters import Parameters
 from experiments.settings.pictures import Pictures, digests, folder_pictures
-from experiments.settings.settings import Settings, assignments, check_counts
+from experiments.settings.settings import Settings, changes, check_counts, configure
 from experiments.show import course
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
@@ -108,7 +107,7 @@ def checked(
         It cannot be run so.
     """
     repeats = experiment.repeats if asked.repeats is None else asked.repeats
-    whole, settings = configure(experiment, models, assignments(asked.values))
+    whole, settings = configure(experiment, models, asked.values)
     if pictures and settings.scene.wall:
         raise UsageError(f"--set scene.wall={settings.scene.wall}: --pictures sets the wall; give one of them")
     if pictures:  # a run is replicate 0

@@ -21,7 +21,7 @@ from tests.helpers.firmware import needs_tools
 from tests.helpers.native_cases import COMPILER, NATIVE, STRICT
 
 SIDE = NATIVE / "firmware"
-SET = ("chip.columns=33", "chip.rows=24", "dsnn-onboard.n_con=6")
+SET = {"chip.columns": "33", "chip.rows": "24", "dsnn-onboard.n_con": "6"}
 TRIALS, FRAMES = 2, 3
 WORD = re.compile(r"[a-z0-9-]+")
 LONGEST = 128
