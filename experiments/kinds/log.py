@@ -14,13 +14,12 @@ from typing import Any
 import polars as pl
 
 from dsnn import MODELS
-from experiments.base.console import error_console
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.kinds import registry, trials
-from experiments.kinds.kind import Kind
+from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.result import Run
 from experiments.robot.logs import (
     CHANNELS,
@@ -47,10 +46,9 @@ from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.store.asked import Asked
-from experiments.store.plan import Plan, filled
+from experiments.store.plan import Plan
 from experiments.store.recordings import pictures, write_pictures
 from experiments.store.tables import COLUMN, TrialRecord
-from experiments.store.workers import Workers
 
 MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})
 SHOWN_FRAMES = "@frames"
@@ -109,15 +107,8 @@ def plan(asked: Asked) -> Plan[LogTrial]:
     return Plan(
         asked, experiment.name, listed, play_trial, {**resolved, "measured": _source(path, frames, listed)},
         (MEASURED_SCHEMA, FRAME_SCHEMA), chosen, settings.models, changed,
+        notes=tuple(filter(None, (lacking(trial)[1] for trial in listed))),
     )  # fmt: skip
-
-
-def work(plan: Plan[LogTrial], out: Path, pool: Workers) -> None:
-    """Show the trials that a folder lacks to the models, and conclude; say where frames are lacking."""
-    for note in filter(None, (lacking(trial)[1] for trial in plan.trials)):
-        error_console.print(f"note: {note}")
-    with filled(plan, out, pool) as folder:
-        trials.conclude(plan, folder)
 
 
 def _of_models(
@@ -201,4 +192,4 @@ def write(recorded: Run, out: Path) -> None:
             write_pictures(out / FRAMES / recording.stem, frames, ".pgm")
 
 
-KIND = Kind(plan, work, trials.draw, trials.show, renders=False)
+KIND = Kind(plan, concluding(trials.conclude), trials.draw, trials.show, renders=False)

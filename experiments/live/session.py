@@ -10,7 +10,6 @@ from typing import cast
 from colias_sim import Pose
 from dsnn import Response
 from experiments.base.errors import UsageError, as_usage_error
-from experiments.base.files import results_folder
 from experiments.declare.conditions import LONGEST_FRAMES, Change, Hand, Place, RobotName, place_of
 from experiments.declare.experiment import visit
 from experiments.kinds.api import run
@@ -168,10 +167,10 @@ class Session:
 
         The run has every frame of the page, bit for bit. A new trial begins then, with the robots where they are.
         """
-        hand, folder = self.hand(), results_folder(out, "live")
+        hand = self.hand()
         places = {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         done = run(
-            visit(hand), seed=self.seed, models=self.models, only=True, settings=self.settings, out=folder,
+            visit(hand), seed=self.seed, models=self.models, only=True, settings=self.settings, out=out,
             workers=0, quiet=True,
         )  # fmt: skip
         self._begin(self.settings, places)

@@ -134,7 +134,7 @@ def test_a_folder_of_runs_is_not_repeated(mine):
 def test_a_call_from_python_is_repeated_in_its_folder(mine, monkeypatch):
     monkeypatch.chdir(mine)
     (mine / "run").rename(mine / "other")
-    experiments.run("mine.py", seed=2, settings={"gradient.gain": iter([0.006])}, out="run", workers=0, quiet=True)
+    experiments.run("mine.py", seed=2, settings={"gradient.gain": 0.006}, out="run", workers=0, quiet=True)
     note = json.loads(Path("run/run.json").read_text())
     assert (note["command"]["call"], note["asked"]["seed"]) == ("experiments.run", 2)
     repeated = again(mine)
