@@ -119,12 +119,12 @@ def decode(
     """
     from experiments.base.console import count, out_console, show_places
     from experiments.base.files import Files
-    from experiments.robot import logs
+    from experiments.robot import serial as line
 
     options.check_new(out)
-    frames, board, skipped = logs.decode(serial.read_bytes())
+    frames, board, skipped = line.decode(serial.read_bytes())
     out.mkdir(parents=True, exist_ok=True)
-    Files(out).write_text("log.csv", logs.log_of(frames, board).write_csv())
+    Files(out).write_text("log.csv", line.log_of(frames, board).write_csv())
     Files(out).write_text("cycles.csv", frames.select("trial", "frame", "cycles").write_csv())
     sent = product(range(board.get("trials", 0)), range(board.get("frames", 0)))
     missing = sorted({*sent} - {*frames.select("trial", "frame").iter_rows()})

@@ -101,7 +101,7 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
         partial(play_trial, env=where, options=options, steps=steps, recorded=recorded),
         resolved,
         (EPISODES, STEPS),
-        Played(where, tuple(behaviour.name for behaviour in loaded), bool(options), reference),
+        Played(where, tuple(behaviour.name for behaviour in loaded), not options, reference),
         things="episodes",
     )
 
@@ -116,15 +116,15 @@ class Played:
         Id of the env.
     names
         Names of the behaviours.
-    changed
-        Whether an argument of the env is set.
+    default
+        Whether no argument of the env is set.
     reference
         Name of the behaviour that collisions are compared with.
     """
 
     env: str
     names: tuple[str, ...]
-    changed: bool
+    default: bool
     reference: str
 
 
@@ -209,7 +209,7 @@ def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     from experiments.draw import style  # not before: workers do without matplotlib
 
     played, trials = plan.declared, folder.table("trials")
-    claims = () if played.changed else claims_on("behaviours").values()  # a claim is about the env as it is
+    claims = claims_on("behaviours").values() if played.default else ()  # a claim is about the env as it is
     folder.write_json("claims.json", stored.document(scoring.verdicts(claims, played.env, played.names, trials)))
     summary = scoring.summary(trials, played.env, played.reference)
     if not summary.is_empty():

@@ -272,7 +272,7 @@ def plan(asked: Asked) -> Plan[Any]:
     check_counts(asked.seed, fit.held_out, "--held-out")
     box, outside = box_of(fit)
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
-    swept = sweep_plan.planned(study_of(fit, corners), asked.seed, repeats=fit.search_repeats)
+    swept = sweep_plan.sweep_of(study_of(fit, corners), asked.seed, repeats=fit.search_repeats)
     if not swept.claims:
         raise UsageError(f"{', '.join(swept.experiments)}: no claim there can be fitted to")
     import optuna

@@ -21,24 +21,19 @@ from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.kinds import registry, trials
 from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.result import Run
+from experiments.robot.log_trial import LEAST_FPS, LogTrial, lacking, pictures_in, record, trial_folder
 from experiments.robot.logs import (
     CHANNELS,
     FRAMES,
-    LEAST_FPS,
     LINE,
     LOG,
     LOG_OF_SIMULATION,
     MEASURED,
     SCHEMA,
     SIMULATION,
-    LogTrial,
     condition_of,
-    lacking,
     logged,
-    pictures_in,
     read,
-    record,
-    trial_folder,
 )
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.settings import configure

@@ -22,7 +22,7 @@ from experiments.kinds.clips import play_clip
 from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import typed
 from experiments.kinds.result import Run
-from experiments.kinds.sweep_plan import planned
+from experiments.kinds.sweep_plan import sweep_of
 from experiments.show import clips
 from experiments.show.play import FRAMES, Trial, tabulate
 from experiments.show.play import show as shown_to
@@ -56,7 +56,7 @@ def plan(asked: Asked) -> Plan[Any]:
         It cannot be run so.
     """
     study = study_of(asked)
-    return plan_of(planned(study, asked.seed, repeats=asked.repeats), asked)
+    return plan_of(sweep_of(study, asked.seed, repeats=asked.repeats), asked)
 
 
 def study_of(asked: Asked, **fields: Any) -> Study:

@@ -138,7 +138,7 @@ def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
-def planned(
+def sweep_of(
     study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None
 ) -> Sweep:
     """Check a study and list all its trials.

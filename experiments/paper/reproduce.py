@@ -190,7 +190,7 @@ def replicates_plan(
         experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
         probe=probe_of(MODEL, BEST) if onboard else None,
     )  # fmt: skip
-    return sweep_plan.planned(study, seed, models)
+    return sweep_plan.sweep_of(study, seed, models)
 
 
 def design(planned: Plan[Any]) -> dict[str, Any]:
@@ -295,7 +295,7 @@ def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
         if part.name in READ_OFF:
             repeats = len({trial.repeat for trial in part.trials})
             study = dataclasses.replace(shipped_study(part.name), replicates=repeats)
-            yield read(sweep_plan.planned(study, part.asked.seed), shown)
+            yield read(sweep_plan.sweep_of(study, part.asked.seed), shown)
 
 
 def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
@@ -309,7 +309,7 @@ def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
     given: dict[Any, Sequence[Replicate]] = {
         ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
-    return dataclasses.replace(sweep_plan.planned(study, moved.seed), replicates=given)
+    return dataclasses.replace(sweep_plan.sweep_of(study, moved.seed), replicates=given)
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:
