@@ -124,21 +124,24 @@ def digest() -> str:
     return whole.hexdigest()
 
 
-@functools.cache
 def source() -> dict[str, Any]:
     """Name the project's code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
 
     ``commit`` and ``dirty`` are ``None`` where the packages are in no git checkout, as those of an installed wheel.
     """
+    return {"digest": digest(), **_checkout()}
+
+
+@functools.cache
+def _checkout() -> dict[str, Any]:
     folders = package_folders()
     root = folders["experiments"].parent
     # A checkout may hold an environment with the packages in it: then they are not of its commit.
     if not _git(root, "ls-files", "--", "experiments/__init__.py"):
-        return {"digest": digest(), "commit": None, "dirty": None}
+        return {"commit": None, "dirty": None}
     commit = _git(root, "rev-parse", "HEAD")
-    changed = _git(root, "status", "--porcelain", "--", *folders)
-    return {"digest": digest(), "commit": (commit or "").strip() or None,
-            "dirty": None if changed is None else bool(changed.strip())}  # fmt: skip
+    changes = _git(root, "status", "--porcelain", "--", *folders)
+    return {"commit": (commit or "").strip() or None, "dirty": None if changes is None else bool(changes.strip())}
 
 
 def _git(root: Path, *arguments: str) -> str | None:
