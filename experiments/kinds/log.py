@@ -35,7 +35,7 @@ from experiments.robot.logs import (
     logged,
     read,
 )
-from experiments.settings.models import ConfiguredModel, look_up, parse_model
+from experiments.settings.models import look_up, parse_model
 from experiments.settings.settings import configure
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE
@@ -84,7 +84,9 @@ def plan(asked: Asked) -> Plan[LogTrial]:
     playing = {label: logged(model, of_model[label]) for label, model in ran.items()}
     unknown = {label: [channel for channel in ran[label].channels if channel not in model.channels]
                for label, model in playing.items()}  # fmt: skip
-    shown = [_renamed(by_text[text], of_model) for text in asked.models]
+    replaying = [by_text[text] for text in asked.models]  # under labels that the robot's own have not
+    shown = [dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES}") if model.label in of_model else model
+             for model in replaying]  # fmt: skip
     its_own, replayed = LOG_OF_SIMULATION if SIMULATION in table["origin"] else MEASURED
     origins = {**dict.fromkeys(playing, its_own), **{model.label: replayed for model in shown}}
     repeats: Counter[Any] = Counter()
@@ -118,11 +120,6 @@ def _of_models(
         if label not in declared and parse_model(label)[0] not in MODELS:  # a cell of a log runs no file
             raise UsageError(f"{path}, line {rows[LINE][0]}: no model '{label}': name its file by --ran FILE.py")
     return of_model
-
-
-def _renamed(model: ConfiguredModel, of_model: Mapping[str, Any]) -> ConfiguredModel:
-    """Return a model that is shown the frames, under a label that the robot's own have not."""
-    return dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES if model.label in of_model else ''}")
 
 
 def _source(path: Path, frames: Path | None, listed: Sequence[LogTrial]) -> dict[str, Any]:

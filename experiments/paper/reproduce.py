@@ -133,20 +133,13 @@ def _parts(asked: Asked, scale: Scale) -> Iterator[tuple[str, Plan[Any]]]:
         played = Asked(kind="episodes", what=PLAYERS[env], repeats=scale.episodes, seed=seed, options=options)
         yield _behaved(env), episodes.plan(played)
     if scale.replicates > 1:
-        yield (
-            REPLICATES,
-            _swept(replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard), seed + 1),
-        )
+        further = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
+        yield REPLICATES, sweep.plan_of(further, Asked(kind="sweep", declared=further.study, seed=seed + 1))
     if scale.moves:
         moved = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
         yield SENSITIVITY, sweep.plan(Asked(kind="sweep", declared=moved, seed=seed))
     if scale.moves and clips_too:
         yield SENSITIVITY_CLIPS, sweep.plan(Asked(kind="sweep", declared=SENSITIVE_ON_CLIPS, seed=seed))
-
-
-def _swept(planned: Sweep, seed: int) -> Plan[Any]:
-    """Return the plan of a checked sweep."""
-    return sweep.plan_of(planned, Asked(kind="sweep", declared=planned.study, seed=seed))
 
 
 def _behaved(env: str) -> str:
