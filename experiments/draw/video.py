@@ -49,7 +49,7 @@ NOISE, FULL_CHANGE = 4.0, 40.0
 LINES = {"hs": ("-", "line"), "vs": (":", "dotted"), "looming": ("--", "dashed")}
 """Channel -> its line, for matplotlib and in words."""
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
-OBSERVER, OTHER = "#2e7850", "#191919"
+OWN_COLOUR, OTHER_COLOUR = "#2e7850", "#191919"
 CHANGE = "change"
 
 
@@ -244,7 +244,7 @@ class Canvas:
         axes.annotate("10 cm", (start, level), xytext=(0, 3), textcoords="offset points")
         drawn = []
         for name, track in reversed(self._reel.tracks.items()):
-            colour = OBSERVER if name == "observer" else OTHER
+            colour = OWN_COLOUR if name == "observer" else OTHER_COLOUR
             (trail,) = axes.plot([], [], color=colour, lw=1, animated=self._film)
             body = Circle((0, 0), ROBOT_CM, color=colour, animated=self._film, zorder=3)
             axes.add_patch(body)

@@ -157,7 +157,7 @@ def typed(
     asked = {name: value for name, value in given.items() if value is not None}
     if over and isinstance(experiment, Study):
         asked["over"] = over
-    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
+    asked["assignments"] = (*study.assignments, *tuple_of(asked.get("assignments", ()), "assignments"))
     return dataclasses.replace(study, **asked)
 
 

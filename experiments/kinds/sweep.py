@@ -12,18 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from experiments.base.console import error_console, show_places
+from experiments.base.console import show_places
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.study import Study
 from experiments.judge.sweep import Sweep, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
-from experiments.kinds.kind import Kind
+from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import typed
 from experiments.kinds.result import Run
-from experiments.kinds.sweep_plan import planned
-from experiments.settings.settings import assignments
+from experiments.kinds.sweep_plan import sweep_of
 from experiments.show import clips
 from experiments.show.play import FRAMES, Trial, tabulate
 from experiments.show.play import show as shown_to
@@ -37,6 +36,7 @@ from experiments.store.workers import Workers
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SAME = "where nothing is random one replicate is run, and the verdict is that at any seed"
 
 # What is run.
 
@@ -56,7 +56,7 @@ def plan(asked: Asked) -> Plan[Any]:
         It cannot be run so.
     """
     study = study_of(asked)
-    return plan_of(planned(study, asked.seed, repeats=asked.repeats), asked)
+    return plan_of(sweep_of(study, asked.seed, repeats=asked.repeats), asked)
 
 
 def study_of(asked: Asked, **fields: Any) -> Study:
@@ -68,7 +68,7 @@ def study_of(asked: Asked, **fields: Any) -> Study:
     options = {name: asked.option(name) for name in ("claims", "measures", "replicates")}
     return typed(
         named, asked.option("over", ()), models=asked.models or None,
-        assignments=assignments(asked.values), **options, **fields,
+        assignments=asked.values, **options, **fields,
     )  # fmt: skip
 
 
@@ -84,13 +84,14 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
 def plan_of(sweep: Sweep, asked: Asked) -> Plan[Any]:
     """Return the plan of a checked sweep. Its trials leave neither recordings nor frames."""
     on_clips, probe = isinstance(sweep.specs[0].condition, Clip), sweep.study.probe
-    done: Any = partial(play_clip, frames=False) if on_clips else trials.work
+    done: Any = partial(play_clip, frames=False) if on_clips else trials.play_trial
     return Plan(
         asked, sweep.study.name, sweep.specs, partial(_probed, columns=probe[0]) if probe else done,
         {**sweep.resolved, "experiment": sweep.study.name},
         (clips.TRIALS, FRAMES) if on_clips
         else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         sweep, parameters=sweep.parameters, things="clips" if on_clips else "trials",
+        notes=(SAME,) if sweep.fixed else (),
     )  # fmt: skip
 
 
@@ -98,14 +99,6 @@ def played(plan: Plan[Any], out: Path, pool: Workers) -> Sweep:
     """Do what a folder lacks of a sweep, and read what it has; no table is written."""
     with filled(plan, out, pool) as folder:
         return read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
-
-
-def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
-    """Do what a folder lacks of a sweep, and conclude; say where one replicate stands for all."""
-    if plan.declared.fixed and not pool.quiet:
-        error_console.print("note: where nothing is random one replicate is run, and the verdict is that at any seed")
-    with filled(plan, out, pool) as folder:
-        conclude(plan, folder)
 
 
 def conclude(plan: Plan[Any], folder: RunFolder) -> None:
@@ -149,4 +142,4 @@ def show(run: Run) -> None:
     show_places({"figure": run.folder / f"{run.name}.png", "table": run.folder / "counts.csv"})
 
 
-KIND = Kind(plan, work, draw, show, summary="counts.csv")
+KIND = Kind(plan, concluding(conclude), draw, show, summary="counts.csv")

@@ -14,6 +14,7 @@ from typing import Any
 
 from experiments.base.errors import UsageError
 from experiments.base.files import plain
+from experiments.base.values import key_values
 from experiments.declare.claim import Claim
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Experiment
@@ -25,11 +26,10 @@ from experiments.kinds import registry, trials
 from experiments.kinds.clips import is_random as is_random_clips
 from experiments.kinds.registry import asked_models, find_claim
 from experiments.kinds.tables import NAMES
-from experiments.settings.apparatus import sections
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
-from experiments.settings.settings import changed, check_counts, watchers
+from experiments.settings.settings import check_counts, sections, watchers, with_values
 from experiments.show import clips
 from experiments.show.robot import is_random, trials_of
 from experiments.show.trial_rows import TRIAL_SCHEMA
@@ -63,16 +63,14 @@ def settled(model: ConfiguredModel) -> set[str]:
     return {f"{model.section}.{name}" for name in parse_model(model.text)[1]}
 
 
-def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
-    return [text for text in assignments if knows(known, text.partition("=")[0])]
+def _applying(assignments: Sequence[str], sections: Base) -> dict[str, str]:
+    return {key: text for key, text in key_values(assignments).items() if knows(sections, key)}
 
 
 def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[str]) -> Part:
     """Return an experiment with the robot, shown to models, as a part of a sweep."""
-    assignments = _applying(study.assignments, sections(declared, models))
-    asked = Asked(
-        kind="trials", values=dict(text.split("=", 1) for text in assignments), repeats=study.repeats, seed=seed
-    )
+    values = _applying(study.assignments, sections(declared, models))
+    asked = Asked(kind="trials", values=values, repeats=study.repeats, seed=seed)
     whole, settings, repeats = trials.checked(declared, models, asked)
     number = len(whole.conditions()) * repeats
     resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
@@ -100,9 +98,9 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
     own = [model.text for model in look_up(declared.models, "offline") if needed is None or model.label in needed]
     stimuli = _stimuli(declared, seed)
     shown = look_up([*study.models, *own], "offline")
-    texts = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
-    models, _ = watchers([model.text for model in shown], texts, stimuli)
-    whole = _with_values(declared, dict(text.split("=", 1) for text in texts))
+    values = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
+    models = watchers([model.text for model in shown], values, stimuli)
+    whole = _with_values(declared, values)
 
     def render(over: Mapping[str, str]) -> Any:
         moved = _with_values(whole, over)
@@ -128,7 +126,7 @@ def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> Offl
 
     def with_own(clip: Clip) -> Clip:
         own = {key.partition(".")[2]: text for key, text in values.items() if key.partition(".")[0] == clip.entry.name}
-        params = changed(clip.entry.name, clip.build(0).params, own)
+        params = with_values(clip.entry.name, clip.build(0).params, own)
         return dataclasses.replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
 
     return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
@@ -140,7 +138,7 @@ def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
     return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
 
 
-def planned(
+def sweep_of(
     study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None
 ) -> Sweep:
     """Check a study and list all its trials.
@@ -358,7 +356,7 @@ def _renderings(
                     parameters[axis][label] = values_of(axes[axis])[level] if (axis, level) in moved else None
             own = {key.partition(".")[2]: value for key, value in values.items()
                    if key.partition(".")[0] == model.section}  # fmt: skip
-            network = changed(model.section, model.network, own)
+            network = with_values(model.section, model.network, own)
             variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
             watching.setdefault(point, {})[model.label] = variants[label]
         if watching:

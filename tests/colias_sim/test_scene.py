@@ -164,3 +164,12 @@ def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():
         assert np.corrcoef(turned.ravel(), default_wall.ravel())[0, 1] < 0.5
     assert given.mean() == pytest.approx(default_wall.mean(), abs=1.0)
     np.testing.assert_array_equal(given[:, 0], given[:, -1])  # where it meets itself
+
+
+def test_settings_of_the_apparatus_may_be_dictionaries():
+    given = {"robot": {"track_cm": 3}, "camera": {"read_noise": 0}, "scene": {"arena": "dim"}}
+    with Simulation(**given, seeing=False) as sim:
+        assert sim.camera_config == CameraConfig(read_noise=0) and sim.scene == SceneConfig(arena="dim")
+    for wrong in ({"camera": {"read_nois": 0}}, {"robot": {"track_cm": -1}}, {"scene": 5}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            Simulation(**wrong, seeing=False)

@@ -97,7 +97,7 @@ def test_a_model_that_fails_costs_its_own_rows_alone(tmp_path, fault):
     path.write_text(before + FAULTS[fault].partition(last)[0] + last + after)
     frames = [Sample(i / 30, np.full((20, 30), 10 * i, np.uint8), {"time": i}) for i in range(12)]
     showing = Showing(type("Source", (), {"shape": (20, 30), "__iter__": lambda self: iter(frames)})(),
-                      watchers([str(path), "dsnn"], ())[0])  # fmt: skip
+                      watchers([str(path), "dsnn"]))  # fmt: skip
     showing.runners[0].maps = True
     assert len(list(showing)) == 12
     assert [model.label for model, _ in showing.series()] == ["dsnn"] and list(troubles([showing])) == ["half"]

@@ -132,7 +132,7 @@ def test_the_claims_about_other_models_are_those_of_the_studies_of_constants():
 
 def test_a_study_of_constants_says_with_how_many_a_claim_holds():
     """The EMD as it should be, and one whose peak does not rise with speed for the darkest and lightest object."""
-    plan = sweep_plan.planned(along("constants-emd", "two choices", ("C26",), "emd", EMDS[:2]))
+    plan = sweep_plan.sweep_of(along("constants-emd", "two choices", ("C26",), "emd", EMDS[:2]))
     good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
     clips = {clip: number for number, clip in enumerate(dict.fromkeys(row["clip"] for row in good))}
     rows = [row for row in good if row["model"] == "dsnn"]

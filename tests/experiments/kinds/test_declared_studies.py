@@ -29,7 +29,7 @@ from tests.helpers.paper import design
 
 
 def planned(name, seed=0, **changes):
-    return sweep_plan.planned(dataclasses.replace(shipped_study(name), **changes), seed)
+    return sweep_plan.sweep_of(dataclasses.replace(shipped_study(name), **changes), seed)
 
 
 def reproduction(scale, seed=0):

@@ -36,7 +36,7 @@ ARGUMENTS = ["sweep", "general", "--over", "dsnn.t_sp=0.2,0.01", "--claims", "C1
 
 def planned(names, *over, seed=0, **more):
     study = {"repeats": None, "replicates": 1, **more}
-    return sweep_plan.planned(Study("sweep", "a sweep", experiments=tuple(names), over=over, **study), seed)
+    return sweep_plan.sweep_of(Study("sweep", "a sweep", experiments=tuple(names), over=over, **study), seed)
 
 
 @pytest.fixture(scope="module")
@@ -375,7 +375,7 @@ def test_what_python_gives_a_sweep_is_what_texts_say(tmp_path, monkeypatch):
               axes={"dsnn.t_sp": {"0.1": (text for text in ("dsnn.t_sp=0.1",)), "0.2": {"dsnn.t_sp": 0.2}}}),
     ]  # fmt: skip
     for study in same:
-        plan = sweep_plan.planned(study)
+        plan = sweep_plan.sweep_of(study)
         assert plan.axes == other.axes and len(plan.specs) == len(other.specs)
         for one, two in zip(plan.specs, other.specs, strict=True):
             assert (one.seed, one.condition) == (two.seed, two.condition)

@@ -144,7 +144,7 @@ def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
                     for place, kind in enumerate(kinds))  # fmt: skip
     mesh = '<asset><mesh name="wedge" vertex="0 0 0 .03 0 0 0 .03 0 0 0 .05"/></asset>'
     arena = written(tmp_path, f'{geoms}<geom type="mesh" mesh="wedge" pos="0.25 0.1 0"/>', mesh)
-    with serving(PORT + 7, lambda: Session(["dsnn"], [f"scene.arena={arena}"])) as page:
+    with serving(PORT + 7, lambda: Session(["dsnn"], {"scene.arena": str(arena)})) as page:
         until(lambda: page.session.number > 2)
         drawn = obstacles(page)
         assert len(drawn) == len(kinds) + 1 + 2, "the obstacles, the floor and the wall"

@@ -38,7 +38,7 @@ def test_rightward_passes_t_and_leftward_minus_t():
 
 def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path: Path):
     arena = written(tmp_path, pillar(0.18, 0.0))
-    session = Session(["dsnn", "emd"], ["scene.light=0.8", f"scene.arena={arena}"], seed=3)
+    session = Session(["dsnn", "emd"], {"scene.light": "0.8", "scene.arena": str(arena)}, seed=3)
     session.drive("stimulus", 1.0)
     seen = hs(session, 40)
     session.change("dsnn", "w_i", "0.3")

@@ -295,7 +295,7 @@ def test_the_mean_per_correlator_counts_each_sum_by_how_many_it_is_of():
     """N_con = 8 is left as it is; a sum over n correlators counts 8 / n times ahead of the sigmoid."""
     assert [model.network.n_con for model in watchers([*CONNECTIONS.values()], ())[0]] == [*CONNECTIONS]
     for n in (1, 2):
-        (plain, equal), _ = watchers((CONNECTIONS[n], CLAIMS["C24"].equal_terms[CONNECTIONS[n]]), ())
+        plain, equal = watchers((CONNECTIONS[n], CLAIMS["C24"].equal_terms[CONNECTIONS[n]]))
         assert equal.network.n_con == n
         assert plain.network.k_sig / equal.network.k_sig == pytest.approx(8 / n)
 

@@ -66,11 +66,11 @@ def test_a_text_is_taken_apart(text):
 
 
 def test_off_line_models_keep_their_preset_under_settings():
-    plain, changed = watchers(["dsnn", "dsnn:w_i=1"], [], fps=25.0)[0]
+    plain, changed = watchers(["dsnn", "dsnn:w_i=1"], fps=25.0)
     assert (changed.network.t_sp, changed.network.fps, changed.network.w_i) == (plain.network.t_sp, 25.0, 1.0)
-    assert watchers(["dsnn:fps=60"], [], fps=25.0)[0][0].network.fps == 60.0
+    assert watchers(["dsnn:fps=60"], fps=25.0)[0].network.fps == 60.0
     with pytest.raises(UsageError, match=r"--set dsnn\.n_con=99"):
-        watchers(["dsnn:n_con=4"], ["dsnn.n_con=99"])
+        watchers(["dsnn:n_con=4"], {"dsnn.n_con": "99"})
 
 
 # --- grids ------------------------------------------------------------------------------------------------------------
