@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -35,6 +35,8 @@ EVERY_MODEL = ""
 
 Share = tuple[range, Mapping[str, ConfiguredModel]]
 """Numbers of trials, and the models that see them at a point by their names without the grid's values."""
+ClaimAt = Callable[[Claim, Mapping[str, str]], Claim]
+Tables = Mapping[str, list[dict[str, Any]]]
 
 
 def slack(outcome: Outcome) -> float | None:
@@ -82,6 +84,10 @@ class Sweep:
         Point and model -> its replicates; empty before it is played.
     failures
         What failed.
+    claim_at
+        Makes the claim that is judged at a point, from the claim and the point's levels by axis.
+    further
+        Makes further tables of a sweep that was played: a list of rows by title.
     """
 
     study: Study
@@ -98,6 +104,8 @@ class Sweep:
     parameters: Parameters
     replicates: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
     failures: Sequence[Mapping[str, Any]] = ()
+    claim_at: ClaimAt | None = None
+    further: Callable[[Sweep], Tables] | None = None
 
     @property
     def experiments(self) -> tuple[str, ...]:
@@ -107,12 +115,12 @@ class Sweep:
     @cached_property
     def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
         """Point, model and claim -> the outcome in each replicate; of a grid of keys also that of all claims."""
-        study, found = self.study, dict[tuple[Point, str, str], tuple[Outcome, ...]]()
+        found: dict[tuple[Point, str, str], tuple[Outcome, ...]] = {}
         for (point, model), every in self.replicates.items():
             for claim, experiment in self.claims:
-                asked = study.claim_at(claim, dict(point)) if study.claim_at else claim
+                asked = self.claim_at(claim, dict(point)) if self.claim_at else claim
                 found[point, model, claim.id] = tuple(_outcome(asked, part, model, experiment) for part in every)
-            if len(self.claims) > 1 and study.over:
+            if len(self.claims) > 1 and self.study.over:
                 columns = zip(*(found[point, model, claim.id] for claim, _ in self.claims), strict=True)
                 found[point, model, TOGETHER] = tuple(
                     Outcome(together([outcome.verdict for outcome in column]), "") for column in columns
@@ -197,9 +205,9 @@ class Sweep:
         return pl.DataFrame(rows, infer_schema_length=None)
 
     @cached_property
-    def tables(self) -> Mapping[str, list[dict[str, Any]]]:
+    def tables(self) -> Tables:
         """The study's further tables."""
-        return self.study.tables(self) if self.study.tables else {}
+        return self.further(self) if self.further else {}
 
     def described(self) -> dict[str, Any]:
         """Return the contents of ``NAME.json``, of which figures and pages are made: counts and measures."""

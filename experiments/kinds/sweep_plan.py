@@ -20,7 +20,7 @@ from experiments.declare.experiment import Experiment
 from experiments.declare.study import WHOLE, Levels, Study
 from experiments.judge import measures as measuring
 from experiments.judge.replicates import MODEL
-from experiments.judge.sweep import EVERY_MODEL, Share, Sweep
+from experiments.judge.sweep import EVERY_MODEL, ClaimAt, Share, Sweep
 from experiments.kinds import registry, trials
 from experiments.kinds.clips import is_random as is_random_clips
 from experiments.kinds.registry import asked_models, find_claim
@@ -141,8 +141,9 @@ def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
 
 
 def planned(
-    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None
-) -> Sweep:
+    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None,
+) -> Sweep:  # fmt: skip
     """Check a study and list all its trials.
 
     Parameters
@@ -155,6 +156,11 @@ def planned(
         Experiment -> the models shown there, all judged together, in place of the study's.
     repeats
         Trials of each condition, in place of the study's own number.
+    only
+        Level -> the models judged there, where these are not all.
+    claim_at
+        As of a `Sweep`. The points are then read off one run of the off-line experiment, with its own models and the
+        first of the study's.
 
     Raises
     ------
@@ -168,21 +174,21 @@ def planned(
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
-    if not on_robot and not study.claim_at and len(models) > 1:
+    if not on_robot and not claim_at and len(models) > 1:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
-    claims = _claims(experiments, study, [] if models_in or study.claim_at else models)
+    claims = _claims(experiments, study, [] if models_in or claim_at else models)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
         parts.append(
             robot_part(experiment, study, seed, (models_in or {}).get(experiment.name, study.models))
             if on_robot
-            else clips_part(experiment, study, seed, None if study.claim_at else needed)
+            else clips_part(experiment, study, seed, None if claim_at else needed)
         )
     axes = _axes(study, parts)
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
-    renderings = {part.declared.name: _renderings(part, study, axes, parameters) for part in parts}
+    renderings = {part.declared.name: _renderings(part, study, axes, parameters, only or {}) for part in parts}
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
@@ -192,7 +198,7 @@ def planned(
     if not any(random for *_, random, _, _ in shown):
         study = dataclasses.replace(study, replicates=1)
     specs, shares = _trials(shown, study.replicates, judged[0] if models_in or not on_robot else None)
-    if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
+    if claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
     there = {(point, name) for point, name, *_ in shares}
     each = [part.repeats for part in parts]
@@ -204,8 +210,9 @@ def planned(
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
     return Sweep(
-        study, claims, measures, axes, judged_at, seed, tuple(specs), shares, each, fixed, resolved, parameters
-    )
+        study, claims, measures, axes, judged_at, seed, tuple(specs), shares, each, fixed, resolved, parameters,
+        claim_at=claim_at,
+    )  # fmt: skip
 
 
 def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
@@ -324,7 +331,7 @@ def _axes(study: Study, parts: Sequence[Part]) -> dict[str, Levels]:
 
 
 def _renderings(
-    part: Part, study: Study, axes: Mapping[str, Levels], parameters: dict[str, dict[str, Any]]
+    part: Part, study: Study, axes: Mapping[str, Levels], parameters: dict[str, dict[str, Any]], only: Levels
 ) -> list[tuple[Any, ...]]:
     """Return the trials of one experiment that points share, and note the points' values in ``parameters``.
 
@@ -343,9 +350,8 @@ def _renderings(
         if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
             pairs.sort(key=lambda pair: members.index(pair[2]))
         for place, model, point in pairs:
-            if model.text in study.models and any(
-                model.text not in study.only.get(level, study.models) for _, level in point
-            ):
+            judging = [only.get(level, study.models) for _, level in point]
+            if model.text in study.models and any(model.text not in models for models in judging):
                 continue
             base, fixed = part.base_of(model), settled(model)
             moved = [(name, level) for name, level in point if moves(axes[name], base, fixed)]

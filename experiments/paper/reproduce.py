@@ -133,20 +133,14 @@ def _parts(asked: Asked, scale: Scale) -> Iterator[tuple[str, Plan[Any]]]:
         played = Asked(kind="episodes", what=PLAYERS[env], repeats=scale.episodes, seed=seed, options=options)
         yield _behaved(env), episodes.plan(played)
     if scale.replicates > 1:
-        yield (
-            REPLICATES,
-            _swept(replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard), seed + 1),
-        )
+        again = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
+        told, probe = Asked(kind="sweep", declared=again.study, seed=seed + 1), probe_of(MODEL, BEST)
+        yield REPLICATES, sweep.of_checked(again, told, probe if scale.onboard else None)
     if scale.moves:
         moved = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
         yield SENSITIVITY, sweep.plan(Asked(kind="sweep", declared=moved, seed=seed))
     if scale.moves and clips_too:
         yield SENSITIVITY_CLIPS, sweep.plan(Asked(kind="sweep", declared=SENSITIVE_ON_CLIPS, seed=seed))
-
-
-def _swept(planned: Sweep, seed: int) -> Plan[Any]:
-    """Return the plan of a checked sweep."""
-    return sweep.plan_of(planned, Asked(kind="sweep", declared=planned.study, seed=seed))
 
 
 def _behaved(env: str) -> str:
@@ -175,7 +169,7 @@ def replicates_plan(
     replicates, repeats, seed
         How many replicates, trials of each condition in one, and the seed of the first.
     onboard
-        Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+        Whether the network in the robot's own arithmetic watches too.
     """
     models = {
         name: [
@@ -188,7 +182,6 @@ def replicates_plan(
     study = Study(
         REPLICATES, "the paper's experiments at several seeds", claims=tuple(registry.answering()),
         experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
-        probe=probe_of(MODEL, BEST) if onboard else None,
     )  # fmt: skip
     return sweep_plan.planned(study, seed, models)
 
@@ -295,7 +288,7 @@ def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
         if part.name in READ_OFF:
             repeats = len({trial.repeat for trial in part.trials})
             study = dataclasses.replace(shipped_study(part.name), replicates=repeats)
-            yield read(sweep_plan.planned(study, part.asked.seed), shown)
+            yield read(sweep.plan(Asked(kind="sweep", declared=study, seed=part.asked.seed)).declared, shown)
 
 
 def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
@@ -309,7 +302,8 @@ def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
     given: dict[Any, Sequence[Replicate]] = {
         ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
-    return dataclasses.replace(sweep_plan.planned(study, moved.seed), replicates=given)
+    planned: Sweep = sweep.plan(Asked(kind="sweep", declared=study, seed=moved.seed)).declared
+    return dataclasses.replace(planned, replicates=given)
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:
