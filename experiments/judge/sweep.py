@@ -19,7 +19,7 @@ from experiments.declare.outcome import Outcome, together
 from experiments.declare.study import TOGETHER, Levels, Study
 from experiments.judge.count import count, count_columns
 from experiments.judge.measures import Measure, measured, quantity
-from experiments.judge.replicates import Replicate, judged, of_model, of_models, places_of
+from experiments.judge.replicates import Replicate, judged, places_of
 from experiments.settings.grid import Point, values_of
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.parameters import Parameters
@@ -27,10 +27,6 @@ from experiments.store.tables import group
 
 MOST_SLACK = 100.0
 """Slack at which each claim is clipped, in smallest differences."""
-
-
-EVERY_MODEL = ""
-"""The name under which all models are judged where each claim is judged on the models that it is about."""
 
 
 Share = tuple[range, Mapping[str, ConfiguredModel]]
@@ -119,7 +115,7 @@ class Sweep:
         for (point, model), every in self.replicates.items():
             for claim, experiment in self.claims:
                 asked = self.claim_at(claim, dict(point)) if self.claim_at else claim
-                found[point, model, claim.id] = tuple(_outcome(asked, part, model, experiment) for part in every)
+                found[point, model, claim.id] = tuple(judged(asked, part, experiment, model) for part in every)
             if len(self.claims) > 1 and self.study.over:
                 columns = zip(*(found[point, model, claim.id] for claim, _ in self.claims), strict=True)
                 found[point, model, TOGETHER] = tuple(
@@ -251,11 +247,3 @@ def read(sweep: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Map
             thresholds = {name: model.thresholds for name, model in models.items()}
             found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds))
     return dataclasses.replace(sweep, replicates=found, failures=failures)
-
-
-def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> Outcome:
-    if model == EVERY_MODEL:
-        return judged(claim, replicate, experiment)
-    if claim.on == "clips":
-        return of_models(claim, replicate, experiment)
-    return of_model(claim, replicate, model, experiment)

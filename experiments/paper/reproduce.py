@@ -29,9 +29,9 @@ from experiments.judge import motion, stored
 from experiments.judge.count import count
 from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.judge.judge import judge as judge_rows
-from experiments.judge.replicates import MODEL, Replicate, judged, places_of, replicate
+from experiments.judge.replicates import EVERY_MODEL, MODEL, Replicate, judged, places_of, replicate
 from experiments.judge.scores import LEAST_SEEDS
-from experiments.judge.sweep import EVERY_MODEL, Sweep, read
+from experiments.judge.sweep import Sweep, read
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import clips as offline
 from experiments.kinds import episodes, registry, sweep, sweep_plan
@@ -124,7 +124,7 @@ def _parts(asked: Asked, scale: Scale) -> Iterator[tuple[str, Plan[Any]]]:
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
     yield from zip(names, robot, strict=True)
     for name in scale.offline if clips_too else ():
-        several = registry.find(name).repeats > 1  # with one repeat nothing is random
+        several = registry.find(name).repeats > 1
         clips = Asked(kind="clips", what=(name,), repeats=scale.offline_replicates if several else None, seed=seed)
         yield name, offline.plan(clips)
     for env in PLAYERS if clips_too else ():  # all at the same seeds
@@ -465,12 +465,13 @@ def judge_models(
     wanted = claims_of(models)
     labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in sorted(claim.models)))
     names = dict.fromkeys(name for claim, _ in wanted for name in claim.conditions.get("clip", ()))
+    differ = {name for name in names if model_clips.CLIPS[name].is_random}
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     thresholds: dict[str, float | None] = {}
     with pool.running():
         for name, repeats in (("even", 1), ("gratings", SEEDS)):
-            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in model_clips.RANDOM) == (repeats > 1))
+            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in differ) == (repeats > 1))
             if clips:
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
                 options = {"frames": False, "recordings": False}
@@ -481,7 +482,7 @@ def judge_models(
                     rows += run.table("trials").to_dicts()
     found = []
     for claim, model in wanted:
-        random = not model_clips.RANDOM.isdisjoint(claim.conditions.get("clip", ()))
+        random = not differ.isdisjoint(claim.conditions.get("clip", ()))
         outcomes: list[Any] = []
         for repeat in range(SEEDS if random else 1):  # once, where nothing in it is random
             of_seed = [row for row in rows if row["experiment"] == "even" or row["repeat"] == repeat]

@@ -9,8 +9,8 @@ import pytest
 from dsnn import MODELS
 from experiments.base.errors import UsageError
 from experiments.declare.claim import texts
-from experiments.judge.replicates import MODEL, replicate
-from experiments.judge.sweep import EVERY_MODEL, read
+from experiments.judge.replicates import EVERY_MODEL, MODEL, replicate
+from experiments.judge.sweep import read
 from experiments.kinds import registry, sweep
 from experiments.kinds.registry import shipped_study
 from experiments.paper import reproduce
