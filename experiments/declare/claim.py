@@ -49,10 +49,9 @@ class Claim:
         Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The ids of claims that ship are taken.
     judge
         From the rows of ``trials.parquet`` that it is about, and a spiking threshold, to its checks or an `Outcome`. A
-        row is a whole trial or clip: a judge gets no time course. With the robot rows are mappings by column; of clips
-        they are a polars ``DataFrame``. A claim that names ``models`` gets the rows of all of them, told apart by the
-        column ``model``, and the DSNN's threshold, or without the DSNN that of its first model by name. Where a judge
-        raises, the claim is not judged.
+        row is a whole trial or clip, a mapping by column: a judge gets no time course. A claim that names ``models``
+        gets the rows of all of them, told apart by the column ``model``, and the DSNN's threshold, or without the DSNN
+        that of its first model by name. Where a judge raises, the claim is not judged.
     says, source, title
         Its words, where they are from, and the claim in a few words.
     on

@@ -121,9 +121,7 @@ def _on_clips(claim: Claim, rows: Rows, threshold: float) -> Outcome:
     lacking = _lacking(claim, rows)
     if lacking and not (rows and claim.of_each):
         return Outcome.unjudged(lacking)
-    import polars as pl  # not before: it takes its time to load, and declarations need this file
-
-    outcome = claim.evaluate(pl.DataFrame(rows, infer_schema_length=None, strict=False), threshold)
+    outcome = claim.evaluate([dict(row) for row in rows], threshold)
     if not claim.own:
         n = sum(row["model"] == claim.spiking for row in rows)
         outcome = replace(outcome, n=n, fewest=n)
