@@ -88,8 +88,6 @@ class Claim:
         The condition that clips without an object have to meet, where it is about such clips too.
     least_greys
         How many grey levels of the object it needs.
-    settled
-        Whether the constants of the models that it compares with count as known: those that are shown.
 
     Raises
     ------
@@ -124,7 +122,6 @@ class Claim:
     of_potentials: bool = False
     alone: str = ""
     least_greys: int = 0
-    settled: bool = False
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
@@ -166,6 +163,20 @@ class Claim:
             Its id, its words (``says``), and where they are from (``source``).
         """
         return {"id": self.id, "says": self.says, "source": self.source}
+
+    def settled(self) -> Claim:
+        """Return the claim with the constants of the models that it compares with taken as known: those shown.
+
+        Returns
+        -------
+        Claim
+            It has no equal terms.
+        """
+
+        def judge(*given: Any) -> Outcome:
+            return _outcome(self.judge(*given)).settled()
+
+        return dataclasses.replace(self, judge=judge, equal_terms={})
 
     def evaluate(self, trials: Any, *more: Any) -> Outcome:
         """Ask the judge. A user's judge that raises leaves the claim unjudged: the tables count.

@@ -76,7 +76,7 @@ def judge(claim: Claim, rows: Rows, threshold: float | None, all_rows: Rows | No
     again = _on_equal_terms(claim, rows)
     if not again:
         return outcome
-    return replace(outcome, equal=judge(replace(claim, settled=True, equal_terms={}), again, threshold, all_rows))
+    return replace(outcome, equal=judge(claim.settled(), again, threshold, all_rows))
 
 
 def _on_equal_terms(claim: Claim, rows: Rows) -> list[Mapping[str, Any]]:
@@ -125,7 +125,6 @@ def _on_clips(claim: Claim, rows: Rows, threshold: float) -> Outcome:
     if not claim.own:
         n = sum(row["model"] == claim.spiking for row in rows)
         outcome = replace(outcome, n=n, fewest=n)
-    outcome = outcome.settled() if claim.settled else outcome
     return outcome.withheld(lacking) if lacking and outcome.verdict in ("holds", "unknown constants") else outcome
 
 

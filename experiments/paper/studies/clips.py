@@ -98,7 +98,7 @@ def along(name: str, summary: str, claims: Sequence[str], other: str, variants: 
     asked = []
     for claim in (find_claim(claim, "clips") for claim in claims):
         conditions = {**claim.conditions, **({"speed": SPEED[claim.id]} if claim.id in SPEED else {})}
-        asked.append(replace(claim, settled=True, equal_terms={}, conditions=conditions))
+        asked.append(replace(claim.settled(), conditions=conditions))
     return Study(name, summary, tuple(asked), experiments=(name,), axes={f"{ALONG}{other}": dict.fromkeys(levels, ())},
                  repeats=None, replicates=1)  # fmt: skip
 
