@@ -43,15 +43,6 @@ QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_lo
 # What is run.
 
 
-def is_random(experiment: OfflineExperiment) -> bool:
-    """Return whether the clips differ between repeats: whether one has a scene of its own in each, or a frame does."""
-    if any(clip.takes_scene() for clip in experiment.clips):
-        return True
-    pairs = ((clip.build(0), clip.build(1)) for clip in experiment.clips)
-    frames = ((one[place].luma, other[place].luma) for one, other in pairs for place in range(len(one)))
-    return any((one != other).any() for one, other in frames)
-
-
 def plan(asked: Asked) -> Plan[ClipTrial]:
     """Return the plan of an experiment's clips.
 
@@ -78,7 +69,8 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     models = shown_models(experiment.models, asked.models, asked.only)
     chosen = watchers(models, asked.values)
     trials, changed = trials_of(experiment, chosen, repeats, asked.seed, pictures), differing(chosen, offline=True)
-    recordings, random = bool(asked.option("recordings", True)) and experiment.recorded, is_random(experiment)
+    recordings = bool(asked.option("recordings", True)) and experiment.recorded
+    random = any(clip.is_random for clip in experiment.clips)
     equal = f"nothing in {experiment.name} is random: its {repeats} repeats are equal"
     resolved = {
         "experiment": experiment,

@@ -1,6 +1,9 @@
 """Replicates of the paper's experiments with the robot, and what stands for their rows."""
 
-from experiments.judge.sweep import EVERY_MODEL, read
+from __future__ import annotations
+
+from experiments.judge.replicates import EVERY_MODEL
+from experiments.judge.sweep import read
 from experiments.paper.reproduce import replicates_plan
 
 
