@@ -133,7 +133,7 @@ def test_the_claims_about_other_models_are_those_of_the_studies_of_constants():
 def test_a_study_of_constants_says_with_how_many_a_claim_holds():
     """The EMD as it should be, and one whose peak does not rise with speed for the darkest and lightest object."""
     study = along("constants-emd", "two choices", ("C26",), "emd", EMDS[:2])
-    plan = sweep_plan.planned(study, claim_at=with_constants)
+    plan = sweep_plan.sweep_of(study, claim_at=with_constants)
     good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
     clips = {clip: number for number, clip in enumerate(dict.fromkeys(row["clip"] for row in good))}
     rows = [row for row in good if row["model"] == "dsnn"]

@@ -258,7 +258,7 @@ def test_what_cannot_be_swept_is_refused(names, over, more):
 
 def test_repeats_of_clips_that_are_asked_for_are_refused_whatever_their_number():
     with pytest.raises(UsageError, match="repeats"):
-        sweep_plan.planned(Study("s", "", experiments=("clean",), over=("dsnn.d=1,2",), claims=("C2",)), repeats=10)
+        sweep_plan.sweep_of(Study("s", "", experiments=("clean",), over=("dsnn.d=1,2",), claims=("C2",)), repeats=10)
 
 
 # --- clips ------------------------------------------------------------------------------------------------------------
