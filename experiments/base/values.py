@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -19,6 +20,17 @@ def by_key(settings: Mapping[str, Any] | None) -> dict[str, Any]:
         else:  # NumPy's values have ``tolist``
             found[key] = to_jsonable_python(value, fallback=lambda other: getattr(other, "tolist", other.__str__)())
     return found
+
+
+def key_texts(settings: Mapping[str, Any]) -> list[str]:
+    """Return settings as the ``KEY=VALUE`` texts that ``--set`` takes."""
+    return [f"{key}={_text(value)}" for key, value in by_key(settings).items()]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return ",".join(map(_text, value))
+    return value if isinstance(value, str) else json.dumps(value)
 
 
 def key_values(texts: Iterable[str] | None, option: str = "--set") -> dict[str, str]:

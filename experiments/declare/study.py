@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from experiments.base.errors import UsageError, check_name
-from experiments.base.values import by_key
+from experiments.base.values import key_texts
 from experiments.declare.claim import Claim
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import Experiment
@@ -154,13 +153,5 @@ def tuple_of(values: Iterable[Any], what: str) -> tuple[Any, ...]:
     """Return values as a tuple, settings as ``KEY=VALUE`` texts, and paths as texts; `UsageError` for one text."""
     if isinstance(values, str):
         raise UsageError(f"{what} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
-    if isinstance(values, Mapping):
-        values = [f"{key}={text_of(value)}" for key, value in by_key(values).items()]
+    values = key_texts(values) if isinstance(values, Mapping) else values
     return tuple(os.fspath(value) if isinstance(value, os.PathLike) else value for value in values)
-
-
-def text_of(value: Any) -> str:
-    """Return a value, as JSON has it, as ``--set`` takes it."""
-    if isinstance(value, list):
-        return ",".join(map(text_of, value))
-    return value if isinstance(value, str) else json.dumps(value)

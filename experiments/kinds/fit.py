@@ -73,7 +73,7 @@ def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
     sections: dict[str, Any] = {model.section: model.network for model in models}
     networks = set(sections)
     for name in fit.study.experiments or registry.answering_for(fit.study.claims):
-        sections |= sweep_plan.base_of(registry.find(name))
+        sections |= sweep_plan.sections_of(registry.find(name))
     fixed, taken = {text.partition("=")[0] for text in fit.study.assignments}, set[str]()
     box = {}
     for text in fit.over:

@@ -96,10 +96,10 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
     shown = look_up([*study.models, *own], "offline")
     values = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
     models = watchers([model.text for model in shown], values, stimuli)
-    whole = _with_values(declared, values)
+    whole = _with_clips_set(declared, values)
 
     def render(over: Mapping[str, str]) -> Any:
-        moved = _with_values(whole, over)
+        moved = _with_clips_set(whole, over)
 
         def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
             every = clips.trials_of(moved, variants, study.replicates, seed)
@@ -117,7 +117,7 @@ def _stimuli(declared: OfflineExperiment, seed: int) -> dict[str, Any]:
     return {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
 
 
-def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
+def _with_clips_set(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
     """Return an experiment with values for its stimuli, by key; `UsageError` if one is not legal."""
 
     def with_own(clip: Clip) -> Clip:
@@ -128,7 +128,7 @@ def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> Offl
     return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
 
 
-def base_of(declared: Any) -> Base:
+def sections_of(declared: Any) -> Base:
     """Return the sections of ``--set`` that the trials of an experiment read, beside those of models."""
     return sections(declared, ()) if isinstance(declared, Experiment) else _stimuli(declared, 0)
 

@@ -132,8 +132,8 @@ def _parts(asked: Asked, scale: Scale) -> Iterator[tuple[str, Plan[Any]]]:
         yield _behaved(env), episodes.plan(played)
     if scale.replicates > 1:
         again = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
-        told, probe = Asked(kind="sweep", declared=again.study, seed=seed + 1), probe_of(MODEL, BEST)
-        yield REPLICATES, sweep.of_checked(again, told, probe if scale.onboard else None)
+        swept = Asked(kind="sweep", declared=again.study, seed=seed + 1)
+        yield REPLICATES, sweep.of_checked(again, swept, probe_of(MODEL, BEST) if scale.onboard else None)
     if scale.moves:
         moved = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
         yield SENSITIVITY, sweep.plan(Asked(kind="sweep", declared=moved, seed=seed))
