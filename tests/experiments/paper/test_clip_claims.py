@@ -284,7 +284,7 @@ def test_a_rival_on_equal_terms_is_judged_beside_and_whatever_is_known_of_it(cla
 
 
 def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn_does():
-    models, _ = watchers(("dsnn", *MATCHED.values()), ())
+    models = watchers(("dsnn", *MATCHED.values()))
     dsnn, *rivals = (
         float(series.hs.max()) for _, series in show(ClipTrial("x", 0, 0, 0, CLIP, tuple(models)))[0].series()
     )
@@ -293,7 +293,7 @@ def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn
 
 def test_the_mean_per_correlator_counts_each_sum_by_how_many_it_is_of():
     """N_con = 8 is left as it is; a sum over n correlators counts 8 / n times ahead of the sigmoid."""
-    assert [model.network.n_con for model in watchers([*CONNECTIONS.values()], ())[0]] == [*CONNECTIONS]
+    assert [model.network.n_con for model in watchers([*CONNECTIONS.values()])] == [*CONNECTIONS]
     for n in (1, 2):
         plain, equal = watchers((CONNECTIONS[n], CLAIMS["C24"].equal_terms[CONNECTIONS[n]]))
         assert equal.network.n_con == n
