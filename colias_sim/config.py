@@ -400,6 +400,41 @@ class SceneConfig:
         return (self.shell_shape, self.shell_width_cm, self.shell_height_cm, self.shell_picture) == usual
 
 
+@parameters
+class ProcessorConfig:
+    """Settings of the processor that runs a robot's vision model.
+
+    They belong to the model, not to the camera, which exposes and develops every frame. So models on several
+    processors see one and the same camera.
+
+    Examples
+    --------
+    >>> from colias_sim.config import ProcessorConfig
+    >>> ProcessorConfig(every=2).takes(1, phase=1), ProcessorConfig(every=2).takes(2, phase=1)
+    (True, False)
+    """
+
+    every: int = Field(default=1, ge=1, le=6)
+    """The model sees every n-th camera frame, as a processor that is too slow skips the others; 1: all frames."""
+
+    def takes(self, frame: int, phase: int = 0) -> bool:
+        """Tell whether the model sees a camera frame.
+
+        Parameters
+        ----------
+        frame
+            Its number, from 0 up; lost frames count too.
+        phase
+            Number of the first frame that the model sees, below ``every``.
+
+        Returns
+        -------
+        bool
+            Whether ``frame % every`` is the phase.
+        """
+        return frame % self.every == phase
+
+
 BUILT_IN = (
     "width", "height", "hfov_deg", "fps", "forward_cm", "up_cm", "multisample", "supersample", "supersample_columns",
     "exposure_samples",

@@ -74,7 +74,7 @@ def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
     networks = set(sections)
     for name in fit.study.experiments or sweep_plan.answering(fit.study.claims):
         part = sweep_plan.part_of(registry.find(name), replace(fit.study, assignments=()), 0)
-        sections |= part.base
+        sections |= part.base_of(part.models[0])
     fixed, taken = {text.partition("=")[0] for text in fit.study.assignments}, set[str]()
     box = {}
     for text in fit.over:
@@ -83,7 +83,7 @@ def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
         box[name] = _distribution(name.split("+")[0], ends, sections)
     if not box:
         raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
-    return box, [name for name in box if name.partition(".")[0] not in networks]
+    return box, [name for name in box if name.partition(".")[0] not in {*networks, "processor"}]
 
 
 def _distribution(key: str, ends: str, sections: Mapping[str, Any]) -> Any:

@@ -55,7 +55,8 @@ class Part:
 
     def base_of(self, model: ConfiguredModel) -> Base:
         """Return the sections of ``--set`` that the trials of a model read."""
-        return {**self.base, model.section: model.network}
+        processor = {"processor": model.processor} if isinstance(self.declared, Experiment) else {}
+        return {**self.base, model.section: model.network, **processor}
 
 
 def settled(model: ConfiguredModel) -> set[str]:
@@ -356,11 +357,16 @@ def _renderings(
             for axis, level in point:
                 if axis in parameters:
                     parameters[axis][label] = values_of(axes[axis])[level] if (axis, level) in moved else None
-            own = {key.partition(".")[2]: value for key, value in values.items()
-                   if key.partition(".")[0] == model.section}  # fmt: skip
-            network = changed(model.section, model.network, own)
-            variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
+            network, processor = (
+                changed(section, value, {key.partition(".")[2]: text for key, text in values.items()
+                                         if key.partition(".")[0] == section})
+                for section, value in ((model.section, model.network), ("processor", model.processor))
+            )  # fmt: skip
+            moved_model = dataclasses.replace(model, label=label, network=network, processor=processor)
+            variants.setdefault(label, moved_model)
             watching.setdefault(point, {})[model.label] = variants[label]
         if watching:
-            renderings.append((*part.render(dict(setting)), variants, watching))
+            conditions, specs, random = part.render(dict(setting))
+            skipping = any(model.processor.every > 1 for model in variants.values())  # frames that the seed decides
+            renderings.append((conditions, specs, random or skipping, variants, watching))
     return renderings

@@ -47,7 +47,7 @@ class Session:
     number
         Frames since the beginning of the trial.
     cost_s
-        Model's label -> time that it took for the last frame.
+        Model's label -> time that it took for the last frame that it saw.
     interval_s
         Time between two frames.
     speed_cm_s
@@ -97,7 +97,7 @@ class Session:
         sample = next(self._samples)
         self.number += 1
         costs = zip(self.runners, before, strict=True)
-        self.cost_s = {runner.label: runner.seconds - earlier for runner, earlier in costs}
+        self.cost_s |= {runner.label: cost for runner, earlier in costs if (cost := runner.seconds - earlier)}
         return sample
 
     def begin(self, places: Mapping[RobotName, Place] | None = START) -> None:
@@ -110,7 +110,7 @@ class Session:
         asked = Asked(kind="trials", values=settings, repeats=1, seed=self.seed)
         (spec,) = trials_of(*checked(hand, self.models, asked), self.seed)
         with as_usage_error():
-            showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False)
+            showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False, seed=spec.seed)
         self.settings, self.spec, self._places = settings, spec, places
         self.trial: RobotSource = showing.source
         self._drive = cast(HandDrive, self.trial.drive)
@@ -155,7 +155,7 @@ class Session:
 
     def hand(self) -> Hand:
         """Return the commands and changes since the trial began, as data."""
-        if not self.trial.number:
+        if self.trial.number <= max(runner.phase for runner in self.runners):  # no model has seen anything
             raise UsageError("nothing has happened yet")
         places = self._places
         return Hand(

@@ -59,7 +59,7 @@ OTHER_TABLES = {b"PK\x03": "a workbook", b"\0": "no UTF-8", b";": "semicolons", 
 """What the first line of another table than a log has -> its name."""
 ROBOT, SIMULATION = "robot", "simulation"
 """Values of ``origin``; blank is ``robot``. ``colias firmware log`` writes ``simulation``."""
-UNKNOWN = ("achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "closest_cm",
+UNKNOWN = ("phase", "achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "closest_cm",
            "seconds_in_view")  # fmt: skip
 """Columns of ``trials.parquet`` of which a robot's log knows nothing; of the last two with a tracker it does."""
 MEASURED = "measured", "frames measured, network simulated"
@@ -269,7 +269,7 @@ class LogTrial(Trial):
                 truth["stimulus_bearing_deg"] = math.degrees(ahead)
             yield Sample(row[TIME], image, truth)
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return the robot that sees, and the condition. A robot's trial has no seed."""
         return {"robot": OBSERVER, "seed": None, **self.condition.columns()}
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
+from colias_sim.config import CameraConfig, ProcessorConfig, RobotConfig, SceneConfig, known_arena
 from experiments.base.errors import UsageError, as_usage_error
 from experiments.declare.experiment import Design, Experiment
 from experiments.settings.models import look_up
@@ -52,6 +52,7 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     for model in models_shown:
         table.setdefault(model.section, model.network)
     table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
+    table["processor"] = ProcessorConfig()
     return table if experiment is None else {**table, "experiment": experiment.design}
 
 
@@ -74,10 +75,11 @@ def configure(experiment: Experiment, models: Sequence[str], assignments: Iterab
     values = sections(experiment, models)
     collected = collect([*of_mapping(experiment.settings), *assignments], values)
     chosen = applied(look_up(models), collected)
-    robot, camera, scene, design = (
+    robot, camera, scene, processor, design = (
         changed(section, values[section], collected.get(section, {}))
-        for section in ("robot", "camera", "scene", "experiment")
+        for section in ("robot", "camera", "scene", "processor", "experiment")
     )
+    chosen = tuple(dataclasses.replace(model, processor=processor) for model in chosen)
     if lacking := [name for name in ("pose_sd_mm", "heading_sd_deg") if not hasattr(design, name)]:
         where = f"{experiment.file or experiment.name}: the design {type(design).__name__}"
         raise UsageError(f"{where} must have {' and '.join(lacking)}, spreads of the start from 0 to 100")

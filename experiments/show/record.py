@@ -157,6 +157,8 @@ class Frames:
         Layer -> images (T, R, C).
     plots
         Entity -> (T, k), a value of each series.
+    taken
+        A model's label -> which of the frames it took; others took all.
     """
 
     time_s: Floats
@@ -166,6 +168,12 @@ class Frames:
     poses: Mapping[str, Floats] = field(default_factory=dict)
     maps: Mapping[str, Images] = field(default_factory=dict)
     plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    taken: Mapping[str, slice] = field(default_factory=dict)
+
+    def times(self, model: str = "") -> list[rr.TimeColumn]:
+        """Return the timelines of the frames that a model took; of no model those of all frames."""
+        taken = self.taken.get(model, slice(None))
+        return times(self.time_s[taken], self.frame[taken])
 
 
 def write(
@@ -312,8 +320,7 @@ def _looks_of_series(model: RecordedModel, models: Sequence[RecordedModel]) -> l
 
 def moving(content: Content, frames: Frames) -> list[Chunk]:
     """Return the values of frames as chunks, a block an entity."""
-    when = times(frames.time_s, frames.frame)
-    chunks = []
+    when, chunks = frames.times(), []
     for eye, images in frames.images.items():
         entity = f"{camera_entity(eye)}/{IMAGE}"
         if isinstance(images, np.ndarray):
@@ -322,8 +329,9 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
             chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
             chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
     for name, images in frames.maps.items():
-        entity = f"{model_entity(content.models[0].label)}/maps/{name}"
-        chunks += _pictures(entity, rr.SegmentationImage, images, when)
+        first = content.models[0].label
+        entity = f"{model_entity(first)}/maps/{name}"
+        chunks += _pictures(entity, rr.SegmentationImage, images, frames.times(first))
     for robot, poses in frames.poses.items():
         half, zero = np.radians(poses[:, 2]) / 2, np.zeros(len(poses))
         place, turn = np.column_stack([poses[:, :2], zero]), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
@@ -335,10 +343,11 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
         series, root = frames.responses.get(model.label), model_entity(model.label)
         if series is None:
             continue
+        taken = frames.times(model.label)
         for channel in model.channels:
-            chunks.append(chunk(f"{root}/{channel}", when, _scalars(getattr(series, channel))))
+            chunks.append(chunk(f"{root}/{channel}", taken, _scalars(getattr(series, channel))))
         for channel in model.spiking:
-            chunks.append(chunk(f"{root}/spikes/{channel}", when, _scalars(getattr(series, f"{channel}_spikes"))))
+            chunks.append(chunk(f"{root}/spikes/{channel}", taken, _scalars(getattr(series, f"{channel}_spikes"))))
         if levels := list(model.levels()):
             chunks.append(chunk(f"{root}/threshold", ends, _scalars(np.array([levels, levels]))))
     return chunks

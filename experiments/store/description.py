@@ -145,6 +145,6 @@ def _parameters(value: Any, path: str) -> Iterator[tuple[str, Any]]:
         yield path, [model["label"] if isinstance(model, dict) else model for model in value]
         for model in value if value and isinstance(value[0], dict) else ():
             label = model["label"] if len(value) > 1 else model["label"].partition(":")[0]  # a single one has its name
-            yield from _parameters({name: model[name] for name in ("source", "network")}, label)
+            yield from _parameters({name: model[name] for name in ("source", "network", "processor")}, label)
     else:
         yield path, value
