@@ -20,7 +20,6 @@ from experiments.settings.settings import assignments
 from experiments.show.play import ModelRunner, Sample, Showing, change
 from experiments.show.robot import HandDrive, RobotSource, trials_of
 from experiments.store.asked import Asked
-from scenes import ARENA_RADIUS_CM
 
 START: Mapping[RobotName, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
 """Places at the start: the stimulus is out of view and points across it."""
@@ -149,7 +148,8 @@ class Session:
         poses = self.poses
         for robot in ROBOTS:
             ahead, turn = self._moves.get(robot, (0.0, 0.0))
-            if any(_blocked(poses[robot], poses[other], ahead) for other in ROBOTS if other != robot):
+            away_cm = self.spec.settings.scene.wall_cm
+            if any(_blocked(poses[robot], poses[other], ahead, away_cm) for other in ROBOTS if other != robot):
                 ahead = 0.0
             self._drive.command(robot, float(ahead * self.speed_cm_s), float(turn))
 
@@ -179,12 +179,12 @@ class Session:
         return done
 
 
-def _blocked(pose: Pose, other: Pose, ahead: float) -> bool:
-    """Say whether a robot that drives on would come too near the wall or the other robot."""
+def _blocked(pose: Pose, other: Pose, ahead: float, away_cm: float) -> bool:
+    """Say whether a robot that drives on would come too near the wall, so far away, or the other robot."""
     way = math.copysign(0.01, ahead)
     x, y = pose.x + way * math.cos(pose.heading), pose.y + way * math.sin(pose.heading)
     here, there = math.hypot(pose.x, pose.y), math.hypot(x, y)
-    if 100 * there > ARENA_RADIUS_CM - ROOM_CM and there > here:
+    if 100 * there > away_cm - ROOM_CM and there > here:
         return True
     now, then = (math.hypot(px - other.x, py - other.y) for px, py in ((pose.x, pose.y), (x, y)))
     return 100 * then < 4.0 + ROOM_CM / 2 and then < now
