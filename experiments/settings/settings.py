@@ -136,7 +136,12 @@ def changed(
 
 
 def _split(text: str, schema: Mapping[str, Any]) -> Any:
-    """Parse a sequence typed with commas; pydantic makes numbers of the parts, but not one of listed numbers."""
+    """Parse a sequence typed with commas, or None where that is legal.
+
+    Pydantic makes numbers of texts, but not one of listed numbers.
+    """
+    if text == "None" and "anyOf" in schema:
+        return None
     if schema.get("type") == "array":
         return text.split(",")
     return next((value for value in schema.get("enum", ()) if str(value) == text), text)

@@ -495,7 +495,7 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
             counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {
                 "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
-                "model": model.label, **shown, "phase": taken[model.label].start, "spikes": counts.get(model.counted),
+                "model": model.label, **shown, "spikes": counts.get(model.counted),
                 **{f"{channel}_spikes": count for channel, count in counts.items()}, **source.measures(model, table),
                 "frames": table.height, "wall_s": wall_s,
             }  # fmt: skip

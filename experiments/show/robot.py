@@ -25,7 +25,7 @@ from experiments.declare.experiment import Experiment
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
-from experiments.show.play import Sample, Trial
+from experiments.show.play import Sample, Trial, phase_of
 from experiments.show.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows
 from experiments.store.tables import OBSERVER
 
@@ -256,6 +256,7 @@ class RobotSource:
         if parts is None:  # they are the same for every model on one processor
             parts = self._parts[every] = windows(self.trial.condition, camera, frames)
         return {
+            "phase": phase_of(model, self.trial.seed),
             "seconds_in_view": float(parts["in_view"].sum()) / (camera.fps / every),
             "darkest": frames["darkest"].min(),
             "brightest": frames["brightest"].max(),
