@@ -38,6 +38,7 @@ def run(
     eyes: Annotated[str, typer.Option(metavar="one|both", help="both: the robot's eye too, MODEL@ov7670.")] = "one",
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
+    dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
@@ -60,7 +61,7 @@ def run(
         experiment, seed=seed, repeats=repeats, eyes=eyes, models=model or (), only=only,
         settings=options.settings(assignments), pictures=pictures, recordings=recordings,
     )  # fmt: skip
-    return options.finish(asked, out, pool)
+    return options.finish(asked, out, pool, dry=dry_run)
 
 
 def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
