@@ -46,15 +46,6 @@ QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_lo
 # What is run.
 
 
-def is_random(experiment: OfflineExperiment) -> bool:
-    """Return whether the clips differ between repeats: whether one has a scene of its own in each, or a frame does."""
-    if any(clip.takes_scene() for clip in experiment.clips):
-        return True
-    pairs = ((clip.build(0), clip.build(1)) for clip in experiment.clips)
-    frames = ((one[place].luma, other[place].luma) for one, other in pairs for place in range(len(one)))
-    return any((one != other).any() for one, other in frames)
-
-
 def plan(asked: Asked) -> Plan[ClipTrial]:
     """Return the plan of an experiment's clips.
 
@@ -98,7 +89,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     return Plan(
         asked, experiment.name, trials,
         partial(play_clip, recordings=recordings, frames=bool(asked.option("frames", True))), resolved,
-        (TRIALS, FRAMES), experiment, chosen, changed, "clips", random=is_random(experiment),
+        (TRIALS, FRAMES), experiment, chosen, changed, "clips", random=any(clip.is_random for clip in experiment.clips),
     )  # fmt: skip
 
 

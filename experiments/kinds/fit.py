@@ -72,9 +72,8 @@ def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
     models = look_up(fit.study.models)
     sections: dict[str, Any] = {model.section: model.network for model in models}
     networks = set(sections)
-    for name in fit.study.experiments or sweep_plan.answering(fit.study.claims):
-        part = sweep_plan.part_of(registry.find(name), replace(fit.study, assignments=()), 0)
-        sections |= part.base_of(part.models[0])
+    for name in fit.study.experiments or registry.answering_for(fit.study.claims):
+        sections |= sweep_plan.base_of(registry.find(name))
     fixed, taken = {text.partition("=")[0] for text in fit.study.assignments}, set[str]()
     box = {}
     for text in fit.over:

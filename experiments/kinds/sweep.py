@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,14 +15,15 @@ import polars as pl
 from experiments.base.console import error_console, show_places
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
-from experiments.declare.study import Study
-from experiments.judge.sweep import Sweep, read
+from experiments.declare.study import Levels, Study
+from experiments.judge.sweep import ClaimAt, Sweep, Tables, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
 from experiments.kinds.kind import Kind
-from experiments.kinds.registry import typed
+from experiments.kinds.registry import shipped_study, typed
 from experiments.kinds.result import Run
 from experiments.kinds.sweep_plan import planned
+from experiments.kinds.tables import PLANS, STUDIES, shipped
 from experiments.settings.settings import assignments
 from experiments.show import clips
 from experiments.show.play import FRAMES, Trial, tabulate
@@ -37,6 +38,7 @@ from experiments.store.workers import Workers
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Probe = tuple[Callable[[Any], Mapping[str, Mapping[str, Any]]], Mapping[str, Any]]
 
 # What is run.
 
@@ -56,7 +58,9 @@ def plan(asked: Asked) -> Plan[Any]:
         It cannot be run so.
     """
     study = study_of(asked)
-    return plan_of(planned(study, asked.seed, repeats=asked.repeats), asked)
+    ships = study.name in STUDIES and study.summary == shipped_study(study.name).summary
+    made: Plan[Any] = (shipped(PLANS["studies"]).get(study.name, plan_of) if ships else plan_of)(study, asked)
+    return made
 
 
 def study_of(asked: Asked, **fields: Any) -> Study:
@@ -81,9 +85,22 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def plan_of(sweep: Sweep, asked: Asked) -> Plan[Any]:
-    """Return the plan of a checked sweep. Its trials leave neither recordings nor frames."""
-    on_clips, probe = isinstance(sweep.specs[0].condition, Clip), sweep.study.probe
+def plan_of(
+    study: Study, asked: Asked, *, probe: Probe | None = None, further: Callable[[Sweep], Tables] | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None,
+) -> Plan[Any]:  # fmt: skip
+    """Return the plan of a study; ``probe`` as of `of_checked`, ``further`` of a `Sweep`, the others of `planned`."""
+    checked = planned(study, asked.seed, repeats=asked.repeats, only=only, claim_at=claim_at)
+    return of_checked(dataclasses.replace(checked, further=further), asked, probe)
+
+
+def of_checked(sweep: Sweep, asked: Asked, probe: Probe | None = None) -> Plan[Any]:
+    """Return the plan of a checked sweep. Its trials leave neither recordings nor frames.
+
+    A ``probe`` adds columns to the rows of each model: what makes them, by label, of what a trial with the robot showed
+    (`experiments.show.play.Showing` of each eye), a function of a module as it is pickled; and their types.
+    """
+    on_clips = isinstance(sweep.specs[0].condition, Clip)
     done: Any = partial(play_clip, frames=False) if on_clips else trials.work
     return Plan(
         asked, sweep.study.name, sweep.specs, partial(_probed, columns=probe[0]) if probe else done,

@@ -93,7 +93,3 @@ def names(groups: Iterable[str]) -> tuple[str, ...]:
 
 CLIPS: Mapping[str, Clip] = {clip.name: clip for clips in GROUPS.values() for clip in clips}
 """Every clip, by its name."""
-RANDOM = frozenset(names(
-    ("gratings", "faint-gratings", "before-grating", "grating-alone", "panning-scenes", "reverse-phi")
-))  # fmt: skip
-"""The clips that differ with the seed, which chooses the phase of a grating, and makes scenes and patterns."""

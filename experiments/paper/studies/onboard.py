@@ -90,6 +90,4 @@ STUDY = Study(
     summary="C13 to C20 in the robot's own arithmetic, in several formats, beside the float network on the same trials",
     claims=CLAIMS,
     models=FORMATS,
-    probe=probe_of(*FORMATS),
-    tables=errors,
 )

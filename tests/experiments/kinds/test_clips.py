@@ -11,7 +11,7 @@ from experiments import Check, Claim
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.judge.count import Count
 from experiments.kinds import registry
-from experiments.kinds.clips import is_random, verdicts
+from experiments.kinds.clips import verdicts
 from experiments.kinds.kind import perform
 from experiments.kinds.registry import claims_on
 from experiments.kinds.tables import NAMES, OFFLINE
@@ -64,11 +64,16 @@ def test_each_replicate_is_judged_on_the_clips_of_its_own_seed():
 TREMBLING = dataclasses.replace(CLIP, name="d", jitter_px=1.0)
 
 
-@pytest.mark.parametrize(("clips", "random"), [((CLIP,), False), ((TREMBLING,), True), ((CLIP, TREMBLING), True)])
+LOOMING = Clip("l", "looming")
+"""Its background is even, and no scene."""
+
+
+@pytest.mark.parametrize(
+    ("clips", "random"), [((CLIP, LOOMING), False), ((TREMBLING,), True), ((CLIP, TREMBLING), True)]
+)
 def test_clips_are_random_where_any_frame_of_any_clip_is(clips, random):
     """The first frames of all of these are empty, and so equal at every seed."""
-    experiment = OfflineExperiment("mine", "", clips, ("dsnn",), repeats=2)
-    assert is_random(experiment) is random
+    assert planned(OfflineExperiment("mine", "", clips, ("dsnn",), repeats=2)).random is random
 
 
 def test_the_summary_has_student_s_intervals_of_repeats_that_each_tremble_by_themselves(tmp_path):
