@@ -16,7 +16,7 @@ from experiments.base.console import error_console, show_places
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.study import Levels, Study
-from experiments.judge.sweep import ClaimAt, Sweep, Tables, read
+from experiments.judge.sweep import ClaimAt, Fewer, Sweep, Tables, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
 from experiments.kinds.kind import Kind
@@ -87,10 +87,10 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
 
 def plan_of(
     study: Study, asked: Asked, *, probe: Probe | None = None, further: Callable[[Sweep], Tables] | None = None,
-    only: Levels | None = None, claim_at: ClaimAt | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None, fewer: Fewer | None = None,
 ) -> Plan[Any]:  # fmt: skip
     """Return the plan of a study; ``probe`` as of `of_checked`, ``further`` of a `Sweep`, the others of `planned`."""
-    checked = planned(study, asked.seed, repeats=asked.repeats, only=only, claim_at=claim_at)
+    checked = planned(study, asked.seed, repeats=asked.repeats, only=only, claim_at=claim_at, fewer=fewer)
     return of_checked(dataclasses.replace(checked, further=further), asked, probe)
 
 

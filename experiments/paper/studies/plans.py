@@ -3,12 +3,13 @@
 from functools import partial
 
 from experiments.kinds.sweep import plan_of
-from experiments.paper.studies import clips, detectors, onboard, robot
+from experiments.paper.studies import clips, detectors, onboard, robot, why
 
 PLANS = {
     "fidelity": partial(plan_of, further=robot.driven),
     "detectors": partial(plan_of, probe=(detectors.columns, detectors.COLUMNS), further=detectors.tables),
     "onboard": partial(plan_of, probe=onboard.probe_of(*onboard.FORMATS), further=onboard.errors),
+    "why": partial(plan_of, fewer=why.replicates, further=why.compared),
     "sensitivity": partial(plan_of, probe=robot.PROBE, only=robot.ONLY),
     "background": partial(plan_of, claim_at=clips.at_speed, further=clips.answered),
     "constants-2017": partial(plan_of, claim_at=clips.with_constants),
