@@ -110,7 +110,7 @@ def compared(result: Any) -> dict[str, list[dict[str, Any]]]:
     """Return cells in pairs: the corners, and each corner with the cells that differ from it in one axis.
 
     ``first only`` and ``second only`` count the replicates in which a claim holds in one cell alone; ``p`` is that of
-    McNemar's exact test. A claim that is not judged does not hold.
+    McNemar's exact test. A claim that is not judged does not hold. Pairs that differ in no replicate are left out.
     """
     rows = []
     for (one, model), (other, _) in combinations(result.judged, 2):
@@ -122,6 +122,8 @@ def compared(result: Any) -> dict[str, list[dict[str, Any]]]:
             outcomes = (result.outcomes[cell, model, claim.id] for cell in (one, other))
             held = [(a.verdict == "holds", b.verdict == "holds") for a, b in zip(*outcomes, strict=False)]
             first, second = held.count((True, False)), held.count((False, True))
+            if not first + second:
+                continue
             names = (", ".join(level for _, level in cell) for cell in (one, other))
             rows.append({
                 "claim": claim.id, **dict(zip(("first", "second"), names, strict=True)), "replicates": len(held),
