@@ -20,6 +20,7 @@ KINDS: Mapping[str, str] = {
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",
     "leaderboard": "experiments.paper.boards:KIND",
+    "plausible": "experiments.paper.plausible:KIND",
     "reproduction": "experiments.paper.reproduce:KIND",
 }
 """Kind of run, as ``run.json`` has it -> its `experiments.kinds.kind.Kind`."""
@@ -61,6 +62,8 @@ STUDIES: Mapping[str, str] = {
     "fidelity": "experiments.paper.studies.robot:FIDELITY",
     "eye-range": "experiments.paper.studies.robot:EYE_RANGE",
     "why": "experiments.paper.studies.why:STUDY",
+    "plausible": "experiments.paper.studies.plausible:STUDY",
+    "plausible-pilot": "experiments.paper.studies.plausible:PILOT",
     "fitted-feedback": "experiments.paper.studies.robot:FITTED_FEEDBACK",
     "detectors": "experiments.paper.studies.detectors:STUDY",
     "onboard": "experiments.paper.studies.onboard:STUDY",

@@ -3,6 +3,7 @@
 from functools import partial
 
 from experiments.kinds.sweep import plan_of
+from experiments.paper import plausible
 from experiments.paper.studies import clips, detectors, onboard, robot, why
 
 PLANS = {
@@ -10,6 +11,8 @@ PLANS = {
     "detectors": partial(plan_of, probe=(detectors.columns, detectors.COLUMNS), further=detectors.tables),
     "onboard": partial(plan_of, probe=onboard.probe_of(*onboard.FORMATS), further=onboard.errors),
     "why": partial(plan_of, fewer=why.replicates, further=why.compared),
+    "plausible": plausible.plan_of,
+    "plausible-pilot": plausible.pilot_of,
     "sensitivity": partial(plan_of, probe=robot.PROBE, only=robot.ONLY),
     "background": partial(plan_of, claim_at=clips.at_speed, further=clips.answered),
     "constants-2017": partial(plan_of, claim_at=clips.with_constants),
