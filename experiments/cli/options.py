@@ -128,6 +128,6 @@ def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "", *, dry
         return 0
     done = perform(plan, results_folder(out, name or plan.name), workers)
     if not workers.quiet:
-        kind_of(plan.asked.kind).show(done)
+        kind_of(asked.kind).show(done)
     broken = print_troubles(done.troubles)
     return EXIT_FAILED if done.failures.height or broken else 0

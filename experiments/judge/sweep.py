@@ -32,8 +32,11 @@ MOST_SLACK = 100.0
 Share = tuple[range, Mapping[str, ConfiguredModel]]
 """Numbers of trials, and the models that see them at a point by their names without the grid's values."""
 ClaimAt = Callable[[Claim, Mapping[str, str]], Claim]
-Fewer = Callable[[Mapping[str, str]], int]
 Tables = Mapping[str, list[dict[str, Any]]]
+Fewer = Callable[[Mapping[str, str]], int]
+Play = Callable[[Study, int], "Sweep"]
+"""Plays a study at a seed, in a folder of its name within that of a sweep."""
+Then = Callable[["Sweep", Play], Tables]
 
 
 def slack(outcome: Outcome) -> float | None:
@@ -87,6 +90,8 @@ class Sweep:
         Makes further tables of a sweep that was played: a list of rows by title.
     fewer
         Number of replicates at a point, by its levels, where that may be less than the study's.
+    then
+        Makes further tables that need further sweeps, which it plays.
     """
 
     study: Study
@@ -106,6 +111,7 @@ class Sweep:
     claim_at: ClaimAt | None = None
     further: Callable[[Sweep], Tables] | None = None
     fewer: Fewer | None = None
+    then: Then | None = None
 
     @property
     def experiments(self) -> tuple[str, ...]:

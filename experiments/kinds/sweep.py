@@ -16,7 +16,7 @@ from experiments.base.console import error_console, show_places
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.study import Levels, Study
-from experiments.judge.sweep import ClaimAt, Fewer, Sweep, Tables, read
+from experiments.judge.sweep import ClaimAt, Fewer, Play, Sweep, Tables, Then, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
 from experiments.kinds.kind import Kind
@@ -87,11 +87,11 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
 
 def plan_of(
     study: Study, asked: Asked, *, probe: Probe | None = None, further: Callable[[Sweep], Tables] | None = None,
-    only: Levels | None = None, claim_at: ClaimAt | None = None, fewer: Fewer | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None, fewer: Fewer | None = None, then: Then | None = None,
 ) -> Plan[Any]:  # fmt: skip
     """Return the plan of a study; ``probe`` as of `of_checked`, ``further`` of a `Sweep`, the others of `planned`."""
     checked = planned(study, asked.seed, repeats=asked.repeats, only=only, claim_at=claim_at, fewer=fewer)
-    return of_checked(dataclasses.replace(checked, further=further), asked, probe)
+    return of_checked(dataclasses.replace(checked, further=further, then=then), asked, probe)
 
 
 def of_checked(sweep: Sweep, asked: Asked, probe: Probe | None = None) -> Plan[Any]:
@@ -121,17 +121,24 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     """Do what a folder lacks of a sweep, and conclude; say where one replicate stands for all."""
     if plan.declared.fixed and not pool.quiet:
         error_console.print("note: where nothing is random one replicate is run, and the verdict is that at any seed")
+
+    def play(study: Study, seed: int) -> Sweep:
+        further = plan_of(study, Asked(kind="sweep", declared=study, seed=seed))
+        return played(further, out / study.name, pool)
+
     with filled(plan, out, pool) as folder:
-        conclude(plan, folder)
+        conclude(plan, folder, play)
 
 
-def conclude(plan: Plan[Any], folder: RunFolder) -> None:
+def conclude(plan: Plan[Any], folder: RunFolder, play: Play) -> None:
     """Judge the claims, and write ``outcomes.csv``, ``counts.csv``, ``NAME.json`` and ``NAME.svg``."""
     from experiments.draw import style  # not before: workers do without matplotlib
     from experiments.draw import sweep as report
 
     result = read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
     described, name = result.described(), plan.name
+    if result.then:
+        described["tables"] = {**described["tables"], **result.then(result, play)}
     folder.write_rows("outcomes.csv", result.table.to_dicts())
     folder.write_rows("counts.csv", [*described["counts"], *described["numbers"]])
     folder.write_json(f"{name}.json", described)

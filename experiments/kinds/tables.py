@@ -20,7 +20,6 @@ KINDS: Mapping[str, str] = {
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",
     "leaderboard": "experiments.paper.boards:KIND",
-    "plausible": "experiments.paper.plausible:KIND",
     "reproduction": "experiments.paper.reproduce:KIND",
 }
 """Kind of run, as ``run.json`` has it -> its `experiments.kinds.kind.Kind`."""

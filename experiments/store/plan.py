@@ -129,7 +129,7 @@ def forecast(plan: Plan[AnyTrial], width: int) -> dict[str, float]:
     Parameters
     ----------
     plan
-        The run; of a run of runs the parts that are planned.
+        The run, which has trials of its own.
     width
         Number of trials that are done at a time.
 
@@ -138,10 +138,7 @@ def forecast(plan: Plan[AnyTrial], width: int) -> dict[str, float]:
     dict of str to float
         ``conditions``, ``trials``, ``minutes``, and ``MB``, which tables hardly exceed.
     """
-    if plan.parts:
-        parts = [forecast(part, width) for part in plan.parts.values()]
-        return {name: sum(part[name] for part in parts) for name in parts[0]}
-    assert plan.work is not None, "a run without parts has trials"
+    assert plan.work is not None, "a run of runs has no trials of its own"
     number, seconds, size = len(plan.trials), 0.0, 0
     places = sorted({(2 * place + 1) * number // (2 * SAMPLED) for place in range(SAMPLED)})
     for trial in (plan.trials[place] for place in places):

@@ -20,9 +20,11 @@ before the check is run. Under 10 the check is weak.
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, combinations, product
+from pathlib import Path
 from statistics import median
 from typing import Any, Literal
 
@@ -58,7 +60,7 @@ class Unknown:
     name: str
     key: str
     scale: Literal["linear", "log", "one of"]
-    values: tuple[Any, ...]
+    values: Sequence[Any]
     evidence: Any
     source: str
 
@@ -86,28 +88,8 @@ class Unknown:
         return value if self.scale == "one of" else thirds[min(int(3 * self.place(value)), 2)]
 
 
-BOX = (
-    Unknown("gamma", "camera.preset", "one of", ("ov7670", "ov7670-gamma", "ov7670-gamma-metered"),
-            "ov7670-gamma-metered", "on after a reset, and the public firmware never writes COM13; where the loop"
-            " meters is open, and a sibling's data sheet hints at behind the curve"),
-    Unknown("every", "processor.every", "one of", ("1", "2", "3"), "2", "our count of the byte network is 27 to 33 ms"
-            " of a frame's 33, the float network does not fit, and the firmware then skips a frame; the paper: 30 fps"),
-    Unknown("floor", "scene.floor", "linear", (0.02, 0.85), 0.1, "public pictures of the group's arena (2019): a black"
-            " screen as floor"),
-    Unknown("wall", "scene.wall_cm", "linear", (30.0, 100.0), 45.0, "white walls in those pictures, no distance; the"
-            " bench's own"),
-    Unknown("light", "scene.light", "log", (0.25, 2.0), 1.0, "none; the bench's own"),
-    Unknown("exposure target", "camera.ae_target", "linear", (60.0, 180.0), 108.0, "data sheet: the middle of AEB and"
-            " AEW after a reset, which the firmware leaves"),
-    Unknown("falloff", "camera.vignetting", "linear", (0.0, 4.0), 2.0, "none; from no falloff to the natural one"),
-    Unknown("low-pass", "dsnn.lowpass", "one of", ("backward-euler", "two-tap-fdsr"), "two-tap-fdsr", "all public code"
-            " of the first author"),
-    Unknown("delays", "dsnn.tau_s", "one of", ("10,200", "200,10"), "200,10", "the paper's words, 'a linearly decaying"
-            " function', read plainly; the bench has them rising, for C15"),
-    Unknown("start acceleration", "experiment.acceleration_cm_s2", "log", (10.0, 100.0), 17.0, "none; the bench's own,"
-            " a compromise"),
-    Unknown("K_sp", "dsnn.k_sp", "linear", (1.0, 3.0), 2.0, "the paper's range, 1 to 3, and no value for the robot"),
-)  # fmt: skip
+TABLE = Path(__file__).with_suffix(".toml")
+BOX = tuple(Unknown(**one) for one in tomllib.loads(TABLE.read_text("utf-8"))["unknown"])
 """What nobody knows of the robot's apparatus."""
 POINTS = 128
 """Points of either sample."""
@@ -128,6 +110,9 @@ PILOT = replace(
 LEAST_ACCEPTED: int | None = None
 """Of twenty robots those for which the true point has to be accepted; ``None`` until the pilot was run."""
 NEAREST, FRESH, ROBOTS, PAIRS = 10, 3, 20, 10
+"""Points judged again, each by so many designs; points that play the robot; apparatus of the pilot."""
+APART = 1_000_000
+"""Between the seeds of the sample, of the nearest judged again, of the robots and of the pilot."""
 
 
 def sample(number: int, seed: int, *, narrow: bool = False) -> list[Setting]:
@@ -164,31 +149,32 @@ def differing(one: Sequence[bool], other: Sequence[bool]) -> int:
     return sum(a != b for a, b in zip(one, other, strict=True))
 
 
-def _share(whole: Sequence[bool]) -> dict[str, Any]:
+def _counted(whole: Sequence[bool]) -> dict[str, Any]:
     low, high = proportion_interval(sum(whole), len(whole)) if whole else (None, None)
     return {"points": len(whole), "all hold": sum(whole), "low": low, "high": high}
 
 
-def shares(name: str, points: Sequence[Setting], verdicts: Verdicts) -> list[dict[str, Any]]:
+def shares(points: Sequence[Setting], verdicts: Verdicts) -> list[dict[str, Any]]:
     """Return the share of a sample in which all claims hold, for each state of gamma, and without two of the claims."""
     rows = []
     for without, gamma in product(((), IMPLIED), ("any", *BOX[0].values)):
-        counted = [place for place, claim in enumerate(STUDY.claims) if claim not in without]
-        chosen = [all(own[place] for place in counted) for point, own in zip(points, verdicts, strict=True)
+        kept = [place for place, claim in enumerate(STUDY.claims) if claim not in without]
+        chosen = [all(own[place] for place in kept) for point, own in zip(points, verdicts, strict=True)
                   if gamma in ("any", point["gamma"])]  # fmt: skip
-        rows.append({"sample": name, "claims": len(counted), "gamma": gamma, **_share(chosen)})
+        rows.append({"without": ", ".join(without), "gamma": gamma, **_counted(chosen)})
     return rows
 
 
 def over(number: int, points: Sequence[Setting], verdicts: Verdicts) -> list[dict[str, Any]]:
-    """Return the share over the parts of each unknown's range, or of each two of them."""
+    """Return the share over the parts of each unknown's range, or of those of each two in which all claims hold once."""
     rows = []
     for unknowns in combinations(BOX, number):
-        by_part: dict[tuple[str, ...], list[bool]] = {}
+        by_part: dict[str, list[bool]] = {}
         for point, own in zip(points, verdicts, strict=True):
-            by_part.setdefault(tuple(one.part(point[one.name]) for one in unknowns), []).append(all(own))
-        rows += [{"unknown": ", ".join(one.name for one in unknowns), "part": ", ".join(part), **_share(by_part[part])}
-                 for part in sorted(by_part)]  # fmt: skip
+            by_part.setdefault(", ".join(one.part(point[one.name]) for one in unknowns), []).append(all(own))
+        name = ", ".join(one.name for one in unknowns)
+        rows += [{"unknown": name, "part": part, **_counted(by_part[part])} for part in sorted(by_part)
+                 if number == 1 or any(by_part[part])]  # fmt: skip
     return rows
 
 
@@ -204,14 +190,17 @@ def nearest(points: Sequence[Setting], verdicts: Verdicts) -> list[int]:
     return sorted(near, key=lambda place: (lost[place], away(points[place])))[:NEAREST]
 
 
-def bound(first: Verdicts, second: Verdicts) -> dict[str, Any]:
-    """Return the bound of the check, from the verdicts of two designs of each apparatus of the pilot."""
+def bound(result: Any) -> dict[str, list[dict[str, Any]]]:
+    """Return the bound of the check, from the two designs of each apparatus of the pilot."""
     from scipy.stats import binom  # not before: it takes its time to load
 
-    agree = sum(differing(a, b) <= 1 for a, b in zip(first, second, strict=True))
-    low, _ = proportion_interval(agree, len(first))
+    pairs = list(zip(held(result), held(result, 1), strict=True))
+    agree = sum(differing(one, other) <= 1 for one, other in pairs)
+    low, _ = proportion_interval(agree, len(pairs))
     least = int(binom.ppf(0.05, ROBOTS, low))
-    return {"apparatus": len(first), "agree": agree, "p": low, "least accepted": least, "weak": least < ROBOTS / 2}
+    return {
+        "Bound": [{"agree": agree, "of": len(pairs), "p": low, "least accepted": least, "weak": 2 * least < ROBOTS}]
+    }
 
 
 def accepted(verdicts: Verdicts, robots: Mapping[int, Sequence[bool]]) -> dict[str, Any]:
@@ -227,5 +216,36 @@ def accepted(verdicts: Verdicts, robots: Mapping[int, Sequence[bool]]) -> dict[s
     sets = {robot: [differing(own, seen) <= 1 for own in verdicts] for robot, seen in robots.items()}
     true, share = sum(own[robot] for robot, own in sets.items()), median(sum(own) / len(own) for own in sets.values())
     passes = None if LEAST_ACCEPTED is None else true >= LEAST_ACCEPTED and share < 1 / 3
-    return {"robots": len(robots), "true point accepted": true, "least": LEAST_ACCEPTED,
-            "median share accepted": share, "passes": passes}  # fmt: skip
+    return {"robots": len(robots), "true point accepted": true, "least": LEAST_ACCEPTED, "median share": share,
+            "passes": passes}  # fmt: skip
+
+
+def both(seed: int) -> list[Setting]:
+    """Return the points of the whole box, then those of the halved one."""
+    return [*sample(POINTS, seed), *sample(POINTS, seed, narrow=True)]
+
+
+def further(result: Any, play: Any) -> dict[str, list[dict[str, Any]]]:
+    """Return the tables of the sample, of its nearest points judged again, and of the check, which ``play`` plays."""
+    (points, verdicts), claims = (both(result.seed), held(result)), [str(claim) for claim in STUDY.claims]
+    wide, narrow = slice(0, POINTS), slice(POINTS, None)
+    tables = {"Whole box": shares(points[wide], verdicts[wide]), "Halved": shares(points[narrow], verdicts[narrow]),
+              "Over one unknown": over(1, points[wide], verdicts[wide]),
+              "Over two": over(2, points[wide], verdicts[wide])}  # fmt: skip
+
+    def again(name: str, places: Sequence[int], apart: int, replicates: int) -> list[list[tuple[bool, ...]]]:
+        whole = replace(PILOT, name=name, claims=STUDY.claims, experiments=STUDY.experiments, replicates=replicates)
+        played = play(study_of([points[place] for place in places], whole), result.seed + apart * APART)
+        return [held(played, number) for number in range(replicates)]
+
+    if near := nearest(points[wide], verdicts[wide]):
+        counts = [
+            [sum(one) for one in zip(*own, strict=True)] for own in zip(*again("near", near, 1, FRESH), strict=True)
+        ]
+        tables["Nearest points again"] = [
+            {"point": place, **dict(zip(claims, own, strict=True))} for place, own in zip(near, counts, strict=True)
+        ]
+    if robots := [place for place, own in enumerate(verdicts[wide]) if own[0]][:ROBOTS]:
+        (seen,) = again("robots", robots, 2, 1)
+        tables["Check"] = [accepted(verdicts[wide], dict(zip(robots, seen, strict=True)))]
+    return tables

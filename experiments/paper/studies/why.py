@@ -59,8 +59,6 @@ CORNERS = (("off", "30"), ("off, equal terms", "30"), ("on", "15"), ("on, metere
 """Gamma and steps of the corners that README quotes. The second shares the trials of the first."""
 QUOTED, OTHERS = 20, 5
 """Replicates of the corners, and of the other cells."""
-PRIMARY = (("on", "15"), ("C15", "C16", "C32"))
-"""The corner and the claims of the primary questions."""
 MIRRORED = {"leftward": "rightward", "rightward": "leftward"}
 
 
@@ -71,19 +69,13 @@ def c15_left(rows: Any, threshold: float) -> Outcome:
 
 
 C15_LEFT = Claim(
-    id="C15-left",
-    judge=c15_left,
-    says="C15 of leftward crossings, which the paper does not show: no claim of the paper",
-    title="C15 left",
-    conditions={"motion": ("translation",)},
-)
+    id="C15-left", title="C15 left", says="C15 of leftward crossings, which the paper does not show: no claim of it",
+    judge=c15_left, conditions={"motion": ("translation",)},
+)  # fmt: skip
 LEFTWARD = Experiment(
-    "speed-leftward",
-    "the speed tests with leftward crossings",
-    Translation((2, 4, 6, 10), (8,), "leftward"),
-    varies="speed_cm_s",
-    claims=(C15_LEFT,),
-)
+    "speed-leftward", "the speed tests with leftward crossings", Translation((2, 4, 6, 10), (8,), "leftward"),
+    varies="speed_cm_s", claims=(C15_LEFT,),
+)  # fmt: skip
 STUDY = Study(
     name="why",
     summary="the claims about the robot over gamma, network steps a second, floor and low-pass: why it saw it",

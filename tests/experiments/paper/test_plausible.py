@@ -1,7 +1,6 @@
 """The plausible set: draws over the box, shares, and what its check accepts."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
@@ -10,12 +9,10 @@ from scipy.stats import binom
 import experiments
 from experiments.judge.sweep import read
 from experiments.judge.tests import proportion_interval
-from experiments.kinds import sweep
-from experiments.kinds.kind import perform, planned
+from experiments.kinds import sweep, sweep_plan
 from experiments.paper.studies import plausible
 from experiments.settings.settings import changed
 from experiments.store.asked import Asked
-from experiments.store.workers import Workers
 from tests.experiments.judge.test_replicates import rows_of
 
 
@@ -64,25 +61,23 @@ def answers(specs, weak=()):
     return found
 
 
-def test_the_run_judges_the_sample_then_the_nearest_then_the_robots(tmp_path, monkeypatch):
+def test_the_run_judges_the_sample_then_the_nearest_then_the_robots(monkeypatch):
     few = dataclasses.replace(plausible.STUDY, claims=("C14", "C32"), experiments=("general",), repeats=10)
     monkeypatch.setattr(plausible, "STUDY", few)
     monkeypatch.setattr(plausible, "POINTS", 12)
-    played = []
+    asked, played = Asked(kind="sweep", what=("plausible",), seed=5), []
+    plan = sweep.shipped(sweep.PLANS["studies"])["plausible"](few, asked).declared
+    assert len(plan.judged) == 24
 
-    def play(plan, _out, _pool):
-        played.append((plan.name, len(plan.declared.judged), plan.declared.study.replicates, plan.declared.seed))
-        return read(plan.declared, answers(plan.trials, {"0", "1", "2"} if plan.name == few.name else {"0"}))
+    def play(study, seed):
+        follows = sweep_plan.planned(study, seed)
+        played.append((study.name, len(follows.judged), study.replicates, study.repeats, seed))
+        return read(follows, answers(follows.specs, {"0"}))
 
-    monkeypatch.setattr(sweep, "played", play)
-    plan = planned(Asked(kind="sweep", what=("plausible",), seed=5))
-    again = planned(Asked.read(json.loads(json.dumps(plan.asked.stored()))))
-    assert again.parts["sample"].trials == plan.parts["sample"].trials
-    run = perform(plan, tmp_path / "out", Workers(0, quiet=True))
-    tables = json.loads((run.folder / "plausible.json").read_text())
-    assert [(one[1:3]) for one in played] == [(24, 1), (9, 3), (9, 1)]  # all that keep C14 are near, and play the robot
-    assert len({seed for *_, seed in played}) == 3
-    whole = tables["Share of the sample"][0]
+    tables = plan.then(read(plan, answers(plan.specs, {"0", "1", "2"})), play)
+    assert [one[:4] for one in played] == [("near", 9, 3, 10), ("robots", 9, 1, 10)]  # all that keep both claims
+    assert len({5, *(seed for *_, seed in played)}) == 3
+    whole = tables["Whole box"][0]
     assert (whole["points"], whole["all hold"]) == (12, 9)
     assert (whole["low"], whole["high"]) == pytest.approx(proportion_interval(9, 12))
     parts = [row for row in tables["Over one unknown"] if row["unknown"] == "gamma"]
@@ -91,12 +86,13 @@ def test_the_run_judges_the_sample_then_the_nearest_then_the_robots(tmp_path, mo
     assert [row["C14"] for row in again] == [0, *[3] * 8] and {row["point"] for row in again} == set(range(3, 12))
     (check,) = tables["Check"]
     assert (check["robots"], check["true point accepted"], check["passes"]) == (9, 8, None)
-    assert experiments.load(run.folder).kind == "plausible"
 
 
-def test_the_bound_is_the_quantile_of_what_two_designs_of_an_apparatus_agree_in():
+def test_the_bound_is_the_quantile_of_what_two_designs_of_an_apparatus_agree_in(monkeypatch):
     same, other, far = (True,) * 8, (False,) + (True,) * 7, (False,) * 2 + (True,) * 6
-    told = plausible.bound([same] * 10, [same] * 4 + [other] * 4 + [far] * 2)
+    designs = [same] * 10, [same] * 4 + [other] * 4 + [far] * 2
+    monkeypatch.setattr(plausible, "held", lambda _, number=0: designs[number])
+    (told,) = plausible.bound(None)["Bound"]
     low = proportion_interval(8, 10)[0]
     assert (told["agree"], told["p"]) == (8, low) and told["least accepted"] == binom.ppf(0.05, 20, low)
     assert told["weak"] == (told["least accepted"] < 10)
@@ -106,7 +102,7 @@ def test_a_robot_accepts_the_points_that_differ_in_one_verdict_at_most(monkeypat
     points = [(True,) * 8, (True,) * 7 + (False,), (False,) * 8]
     monkeypatch.setattr(plausible, "LEAST_ACCEPTED", 1)
     told = plausible.accepted(points, {0: (True,) * 8, 2: (True,) * 8})
-    assert told["true point accepted"] == 1 and told["median share accepted"] == pytest.approx(2 / 3)
+    assert told["true point accepted"] == 1 and told["median share"] == pytest.approx(2 / 3)
     assert told["passes"] is False
 
 
