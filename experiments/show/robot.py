@@ -26,7 +26,7 @@ from experiments.settings.models import ConfiguredModel
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
 from experiments.show.play import Sample, Trial, phase_of
-from experiments.show.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows
+from experiments.show.trial_rows import FRAME_SCHEMA, away_cm, responses, windows
 from experiments.store.tables import OBSERVER
 
 MARK = "@"
@@ -187,7 +187,6 @@ class RobotSource:
         self.drive: Drive | HandDrive = Drive(self.sim, self.course) if hand is None else HandDrive(self.sim, hand)
         self._tracker = Tracker(self.course["stimulus"].route)
         self.number = 0
-        self._parts: dict[int, Windows] = {}
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the frames until the trial is over.
@@ -251,16 +250,14 @@ class RobotSource:
         frames
             A row per frame that it took: time, poses, responses.
         """
-        every, camera = model.processor.every, self.trial.settings.camera
-        parts = self._parts.get(every)
-        if parts is None:  # they are the same for every model on one processor
-            parts = self._parts[every] = windows(self.trial.condition, camera, frames)
+        camera = self.trial.settings.camera
+        parts, fps = windows(self.trial.condition, camera, frames), camera.fps / model.processor.every
         return {
             "phase": phase_of(model, self.trial.seed),
-            "seconds_in_view": float(parts["in_view"].sum()) / (camera.fps / every),
+            "seconds_in_view": float(parts["in_view"].sum()) / fps,
             "darkest": frames["darkest"].min(),
             "brightest": frames["brightest"].max(),
-            **responses(model, frames, parts, camera.fps / every),
+            **responses(model, frames, parts, fps),
         }
 
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:

@@ -25,8 +25,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, combinations, product
 from pathlib import Path
-from statistics import median
 from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
 
 from experiments import Study
 from experiments.base.streams import stream
@@ -35,8 +37,9 @@ from experiments.paper.studies.robot import WHOLE
 
 Setting = Mapping[str, str]
 """Name of each unknown -> its value at a point, as ``--set`` takes it."""
-Verdicts = Sequence[Sequence[bool]]
-"""Of each point, whether each claim holds."""
+Verdicts = npt.NDArray[np.bool_]
+"""Whether each claim holds at each point, (points, claims)."""
+Tables = dict[str, list[dict[str, Any]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +68,12 @@ class Unknown:
     source: str
 
     def place(self, value: Any) -> float:
-        """Return where in the range a value is, from 0 to 1."""
-        low, high = map(float, self.values)
-        if self.scale == "log":
-            return math.log(float(value) / low) / math.log(high / low)
-        return (float(value) - low) / (high - low)
+        """Return where in the range a value is, from 0 to 1; of several values 0 for the evidence, 1 for others."""
+        if self.scale == "one of":
+            return float(value != self.evidence)
+        scale = math.log if self.scale == "log" else float
+        low, high, at = (scale(float(one)) for one in (*self.values, value))
+        return (at - low) / (high - low)
 
     def at(self, share: float, narrow: bool) -> str:
         """Return the value below which a share of the draws lies, which may be ``narrow`` about the evidence."""
@@ -84,28 +88,20 @@ class Unknown:
 
     def part(self, value: str) -> str:
         """Return the part of its range that a value is in: itself, or a third."""
-        thirds = ("lower third", "middle third", "upper third")
-        return value if self.scale == "one of" else thirds[min(int(3 * self.place(value)), 2)]
+        return value if self.scale == "one of" else ("lower", "middle", "upper")[min(int(3 * self.place(value)), 2)]
 
 
-TABLE = Path(__file__).with_suffix(".toml")
-BOX = tuple(Unknown(**one) for one in tomllib.loads(TABLE.read_text("utf-8"))["unknown"])
+BOX = tuple(Unknown(**one) for one in tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))["unknown"])
 """What nobody knows of the robot's apparatus."""
 POINTS = 128
 """Points of either sample."""
 IMPLIED = ("C18", "C20")
 """Claims that the equations imply, whatever is seen."""
 STUDY = Study(
-    name="plausible",
-    summary="the share of plausible apparatus in which the claims about the robot hold, 128 points over a box",
-    claims=("C14", "C15", "C16", "C17", "C18", "C19", "C20", "C32"),
-    experiments=WHOLE,
-    repeats=5,
-    replicates=1,
-)
-PILOT = replace(
-    STUDY, name="plausible-pilot", summary="how far two designs of one apparatus agree", repeats=10, replicates=2
-)
+    "plausible", "the share of plausible apparatus in which the claims about the robot hold, 128 points over a box",
+    claims=("C14", "C15", "C16", "C17", "C18", "C19", "C20", "C32"), experiments=WHOLE, repeats=5, replicates=1,
+)  # fmt: skip
+PILOT = replace(STUDY, name="plausible-pilot", summary="how far two designs of one agree", repeats=10, replicates=2)
 """Ten apparatus, two full designs each: run before the check of ``plausible``, of which it gives the bound."""
 LEAST_ACCEPTED: int | None = None
 """Of twenty robots those for which the true point has to be accepted; ``None`` until the pilot was run."""
@@ -129,123 +125,105 @@ def sample(number: int, seed: int, *, narrow: bool = False) -> list[Setting]:
     return [{one.name: one.at(share, narrow) for one, share in zip(BOX, row, strict=True)} for row in drawn.tolist()]
 
 
+def both(seed: int) -> list[Setting]:
+    """Return the points of the whole box, then those of the halved one."""
+    return [*sample(POINTS, seed), *sample(POINTS, seed, narrow=True)]
+
+
 def study_of(points: Sequence[Setting], study: Study = STUDY) -> Study:
     """Return a study whose points these are, by their numbers."""
-    keys = {one.name: one.key for one in BOX}
-    levels = {str(at): tuple(f"{keys[n]}={value}" for n, value in point.items()) for at, point in enumerate(points)}
+    levels = {str(at): tuple(f"{one.key}={point[one.name]}" for one in BOX) for at, point in enumerate(points)}
     return replace(study, axes={"point": levels})
 
 
-def held(result: Any, replicate: int = 0) -> list[tuple[bool, ...]]:
+def sampled(study: Study, seed: int) -> Study:
+    """Return the study of both samples."""
+    return study_of(both(seed), study)
+
+
+def pilot(study: Study, seed: int) -> Study:
+    """Return the study of the pilot's apparatus."""
+    return study_of(sample(PAIRS, seed + 3 * APART), study)
+
+
+def held(result: Any, replicate: int = 0) -> Verdicts:
     """Return which claims hold at each point of a study that was played, in one of its replicates."""
-    return [
-        tuple(result.outcomes[point, model, claim.id][replicate].verdict == "holds" for claim, _ in result.claims)
-        for point, model in result.judged
-    ]
+    return np.array([[result.outcomes[point, model, claim.id][replicate].verdict == "holds"
+                      for claim, _ in result.claims] for point, model in result.judged])  # fmt: skip
 
 
-def differing(one: Sequence[bool], other: Sequence[bool]) -> int:
-    """Return in how many claims two points differ."""
-    return sum(a != b for a, b in zip(one, other, strict=True))
-
-
-def _counted(whole: Sequence[bool]) -> dict[str, Any]:
-    low, high = proportion_interval(sum(whole), len(whole)) if whole else (None, None)
-    return {"points": len(whole), "all hold": sum(whole), "low": low, "high": high}
-
-
-def shares(points: Sequence[Setting], verdicts: Verdicts) -> list[dict[str, Any]]:
-    """Return the share of a sample in which all claims hold, for each state of gamma, and without two of the claims."""
+def over(unknowns: Sequence[Unknown], points: Sequence[Setting], whole: Verdicts) -> list[dict[str, Any]]:
+    """Return the share of points in which all hold, as ``whole`` says, over the parts of unknowns' ranges."""
+    parts = [", ".join(one.part(point[one.name]) for one in unknowns) for point in points]
     rows = []
-    for without, gamma in product(((), IMPLIED), ("any", *BOX[0].values)):
-        kept = [place for place, claim in enumerate(STUDY.claims) if claim not in without]
-        chosen = [all(own[place] for place in kept) for point, own in zip(points, verdicts, strict=True)
-                  if gamma in ("any", point["gamma"])]  # fmt: skip
-        rows.append({"without": ", ".join(without), "gamma": gamma, **_counted(chosen)})
-    return rows
-
-
-def over(number: int, points: Sequence[Setting], verdicts: Verdicts) -> list[dict[str, Any]]:
-    """Return the share over the parts of each unknown's range, or of those of each two in which all claims hold once."""
-    rows = []
-    for unknowns in combinations(BOX, number):
-        by_part: dict[str, list[bool]] = {}
-        for point, own in zip(points, verdicts, strict=True):
-            by_part.setdefault(", ".join(one.part(point[one.name]) for one in unknowns), []).append(all(own))
-        name = ", ".join(one.name for one in unknowns)
-        rows += [{"unknown": name, "part": part, **_counted(by_part[part])} for part in sorted(by_part)
-                 if number == 1 or any(by_part[part])]  # fmt: skip
+    for part in sorted(set(parts)):
+        own = whole[np.array(parts) == part]
+        low, high = proportion_interval(int(own.sum()), len(own))
+        rows.append({"unknown": ", ".join(one.name for one in unknowns), "part": part, "points": len(own),
+                     "all hold": int(own.sum()), "low": low, "high": high})  # fmt: skip
     return rows
 
 
 def nearest(points: Sequence[Setting], verdicts: Verdicts) -> list[int]:
     """Return the points that keep all claims, then those that lose one: the ten nearest to the evidence."""
-
-    def away(point: Setting) -> float:
-        return sum(float(point[one.name] != one.evidence) if one.scale == "one of"
-                   else (one.place(point[one.name]) - one.place(one.evidence)) ** 2 for one in BOX)  # fmt: skip
-
-    lost = [len(own) - sum(own) for own in verdicts]
-    near = [place for place, number in enumerate(lost) if number <= 1]
-    return sorted(near, key=lambda place: (lost[place], away(points[place])))[:NEAREST]
+    lost = (~verdicts).sum(axis=1)
+    away = [sum((one.place(point[one.name]) - one.place(one.evidence)) ** 2 for one in BOX) for point in points]
+    return [int(place) for place in np.lexsort((away, lost)) if lost[place] <= 1][:NEAREST]
 
 
-def bound(result: Any) -> dict[str, list[dict[str, Any]]]:
+def bound(result: Any) -> Tables:
     """Return the bound of the check, from the two designs of each apparatus of the pilot."""
     from scipy.stats import binom  # not before: it takes its time to load
 
-    pairs = list(zip(held(result), held(result, 1), strict=True))
-    agree = sum(differing(one, other) <= 1 for one, other in pairs)
-    low, _ = proportion_interval(agree, len(pairs))
+    near = (held(result) != held(result, 1)).sum(axis=1) <= 1
+    low, _ = proportion_interval(int(near.sum()), len(near))
     least = int(binom.ppf(0.05, ROBOTS, low))
-    return {
-        "Bound": [{"agree": agree, "of": len(pairs), "p": low, "least accepted": least, "weak": 2 * least < ROBOTS}]
-    }
+    told = {"agree": int(near.sum()), "of": len(near), "p": low, "least accepted": least, "weak": 2 * least < ROBOTS}
+    return {"Bound": [told]}
 
 
-def accepted(verdicts: Verdicts, robots: Mapping[int, Sequence[bool]]) -> dict[str, Any]:
+def accepted(verdicts: Verdicts, robots: Sequence[int], seen: Verdicts) -> dict[str, Any]:
     """Return what the check comes to: the robots whose own point is accepted, and the median share that is.
 
     Parameters
     ----------
     verdicts
         Of the sample.
-    robots
-        Number of the point that played the robot -> the robot's verdicts.
+    robots, seen
+        The points that played the robot, and the robot's verdicts each time.
     """
-    sets = {robot: [differing(own, seen) <= 1 for own in verdicts] for robot, seen in robots.items()}
-    true, share = sum(own[robot] for robot, own in sets.items()), median(sum(own) / len(own) for own in sets.values())
+    sets = (seen[:, None] != verdicts).sum(axis=2) <= 1
+    true, share = int(sets[np.arange(len(robots)), robots].sum()), float(np.median(sets.mean(axis=1)))
     passes = None if LEAST_ACCEPTED is None else true >= LEAST_ACCEPTED and share < 1 / 3
-    return {"robots": len(robots), "true point accepted": true, "least": LEAST_ACCEPTED, "median share": share,
-            "passes": passes}  # fmt: skip
+    return {"robots": len(robots), "accepted": true, "least": LEAST_ACCEPTED, "median share": share, "passes": passes}
 
 
-def both(seed: int) -> list[Setting]:
-    """Return the points of the whole box, then those of the halved one."""
-    return [*sample(POINTS, seed), *sample(POINTS, seed, narrow=True)]
-
-
-def further(result: Any, play: Any) -> dict[str, list[dict[str, Any]]]:
+def further(result: Any, play: Any) -> Tables:
     """Return the tables of the sample, of its nearest points judged again, and of the check, which ``play`` plays."""
-    (points, verdicts), claims = (both(result.seed), held(result)), [str(claim) for claim in STUDY.claims]
-    wide, narrow = slice(0, POINTS), slice(POINTS, None)
-    tables = {"Whole box": shares(points[wide], verdicts[wide]), "Halved": shares(points[narrow], verdicts[narrow]),
-              "Over one unknown": over(1, points[wide], verdicts[wide]),
-              "Over two": over(2, points[wide], verdicts[wide])}  # fmt: skip
+    points, verdicts, claims = both(result.seed), held(result), np.array(STUDY.claims)
+    wide = slice(0, POINTS)
+    tables: Tables = {
+        "Share in which all hold": [
+            {"sample": name, "without": ", ".join(without), **row}
+            for (name, own), without in product((("box", wide), ("halved", slice(POINTS, None))), ((), IMPLIED))
+            for unknowns in ((), BOX[:1])
+            for row in over(unknowns, points[own], verdicts[own][:, ~np.isin(claims, without)].all(axis=1))
+        ]
+    }
+    whole = np.asarray(verdicts[wide].all(axis=1))
+    tables["Over one unknown"] = [row for one in BOX for row in over([one], points[wide], whole)]
+    pairs = (row for ones in combinations(BOX, 2) for row in over(ones, points[wide], whole))
+    tables["Over two"] = [row for row in pairs if row["all hold"]]
 
-    def again(name: str, places: Sequence[int], apart: int, replicates: int) -> list[list[tuple[bool, ...]]]:
-        whole = replace(PILOT, name=name, claims=STUDY.claims, experiments=STUDY.experiments, replicates=replicates)
-        played = play(study_of([points[place] for place in places], whole), result.seed + apart * APART)
-        return [held(played, number) for number in range(replicates)]
+    def again(name: str, places: Sequence[int], apart: int, replicates: int) -> Verdicts:
+        design = replace(PILOT, name=name, claims=STUDY.claims, experiments=STUDY.experiments, replicates=replicates)
+        played = play(study_of([points[place] for place in places], design), result.seed + apart * APART)
+        return np.array([held(played, number) for number in range(replicates)])
 
     if near := nearest(points[wide], verdicts[wide]):
-        counts = [
-            [sum(one) for one in zip(*own, strict=True)] for own in zip(*again("near", near, 1, FRESH), strict=True)
-        ]
-        tables["Nearest points again"] = [
-            {"point": place, **dict(zip(claims, own, strict=True))} for place, own in zip(near, counts, strict=True)
-        ]
-    if robots := [place for place, own in enumerate(verdicts[wide]) if own[0]][:ROBOTS]:
-        (seen,) = again("robots", robots, 2, 1)
-        tables["Check"] = [accepted(verdicts[wide], dict(zip(robots, seen, strict=True)))]
+        fresh = again("near", near, 1, FRESH).sum(axis=0).tolist()
+        tables["Nearest again"] = [{"point": at, **dict(zip(claims.tolist(), own, strict=True))}
+                                   for at, own in zip(near, fresh, strict=True)]  # fmt: skip
+    if robots := np.flatnonzero(verdicts[wide, 0])[:ROBOTS].tolist():
+        tables["Check"] = [accepted(verdicts[wide], robots, again("robots", robots, 2, 1)[0])]
     return tables

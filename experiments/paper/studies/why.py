@@ -87,15 +87,10 @@ STUDY = Study(
 """The map. Its first seed is 1000: ``colias sweep why --seed 1000``."""
 
 
-def is_quoted(levels: Mapping[str, str]) -> bool:
-    """Return whether a cell, a level of each axis, is one of the `CORNERS`."""
-    gamma, steps, *others = levels.values()
-    return (gamma, steps) in CORNERS and others == ["0.81", "recursive"]
-
-
 def replicates(levels: Mapping[str, str]) -> int:
-    """Return the number of replicates of a cell."""
-    return QUOTED if is_quoted(levels) else OTHERS
+    """Return the number of replicates of a cell, a level of each axis: one of the `CORNERS` has more."""
+    gamma, steps, *others = levels.values()
+    return QUOTED if (gamma, steps) in CORNERS and others == ["0.81", "recursive"] else OTHERS
 
 
 def compared(result: Any) -> dict[str, list[dict[str, Any]]]:
@@ -106,7 +101,7 @@ def compared(result: Any) -> dict[str, list[dict[str, Any]]]:
     """
     rows = []
     for (one, model), (other, _) in combinations(result.judged, 2):
-        quoted = [is_quoted(dict(cell)) for cell in (one, other)]
+        quoted = [replicates(dict(cell)) == QUOTED for cell in (one, other)]
         apart = sum(a != b for a, b in zip(one, other, strict=True))
         if not (all(quoted) or (any(quoted) and apart == 1)):
             continue

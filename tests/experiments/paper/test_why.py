@@ -26,13 +26,15 @@ def planned(**changes):
 
 def test_every_cell_has_its_apparatus_and_the_corners_their_replicates():
     plan = planned(**FEW).declared
-    assert len(plan.judged) == 64 and sum(why.is_quoted(dict(point)) for point, _ in plan.judged) == len(why.CORNERS)
+    assert len(plan.judged) == 64 and sum(why.replicates(dict(point)) == 20 for point, _ in plan.judged) == len(
+        why.CORNERS
+    )
     rendered = {spec.settings.camera.ae_meter + str(spec.settings.camera.gamma) + str(spec.settings.scene.floor)
                 for spec in plan.specs}  # fmt: skip
     assert len(rendered) == 6 and len(plan.specs) == 4 * (6 * why.OTHERS + 3 * (why.QUOTED - why.OTHERS))
     for point, model in plan.judged:
         levels = dict(point)
-        assert plan.replicates_at(point) == (20 if why.is_quoted(levels) else 5)
+        assert plan.replicates_at(point) == why.replicates(levels) in (5, 20)
         numbers, seen = plan.shares[point, model, "general", 0]
         spec, (shown,) = plan.specs[numbers[0]], seen.values()
         assert (spec.settings.camera.gamma, spec.settings.scene.floor) == (
@@ -40,7 +42,7 @@ def test_every_cell_has_its_apparatus_and_the_corners_their_replicates():
         )  # fmt: skip
         assert 30 / shown.processor.every == float(levels["steps a second"])
         assert (shown.network.lowpass == "two-tap-fdsr") == levels["low-pass"].startswith("two")
-        assert (point, model, "general", 19) in plan.shares or not why.is_quoted(levels)
+        assert (point, model, "general", 19) in plan.shares or why.replicates(levels) == 5
 
 
 def test_c15_leftward_is_c15_of_the_mirrored_crossings():
