@@ -126,7 +126,7 @@ def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[tuple
     if before.get("experiment") != after.get("experiment"):
         return [entry for entry in found if entry[0] == "experiment"]
     alone = {name.removesuffix(".source") for name in before.keys() ^ after.keys() if name.endswith(".source")}
-    found = [entry for entry in found if entry[0].rpartition(".")[0] not in alone]
+    found = [entry for entry in found if not entry[0].startswith(tuple(f"{label}." for label in alone))]
     return [entry for entry in found if entry[0].split(".")[0] not in DERIVED] or found
 
 

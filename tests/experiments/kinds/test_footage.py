@@ -348,7 +348,7 @@ def test_the_paper_s_stronger_words_hold_at_any_rate():
 def test_the_rate_of_a_film_is_its_own(rate):
     """Models are told by it that their parameters assume another."""
     source = VideoSource(written(Path(f"{rate}.mkv"), [ARROW] * 5, rate=rate))
-    assert source.fps == source.columns()["fps"] == rate
+    assert source.fps == source.columns(pl.DataFrame())["fps"] == rate
 
 
 def test_a_recording_without_room_is_a_failure_of_its_own_and_gets_no_name(tmp_path):
