@@ -11,9 +11,7 @@ PLANS = {
     "onboard": partial(plan_of, probe=onboard.probe_of(*onboard.FORMATS), further=onboard.errors),
     "why": partial(plan_of, fewer=why.replicates, further=why.compared),
     "plausible": lambda study, asked: plan_of(plausible.sampled(study, asked.seed), asked, then=plausible.further),
-    "plausible-pilot": lambda study, asked: plan_of(
-        plausible.piloted(study, asked.seed), asked, further=plausible.bound
-    ),
+    "plausible-pilot": lambda study, asked: plan_of(plausible.pilot(study, asked.seed), asked, further=plausible.bound),
     "sensitivity": partial(plan_of, probe=robot.PROBE, only=robot.ONLY),
     "background": partial(plan_of, claim_at=clips.at_speed, further=clips.answered),
     "constants-2017": partial(plan_of, claim_at=clips.with_constants),
