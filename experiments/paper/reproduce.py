@@ -13,8 +13,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import polars as pl
-
 from colias_sim.envs import ENVS
 from experiments.base.console import error_console, show_files
 from experiments.base.errors import UsageError
@@ -489,7 +487,7 @@ def judge_models(
             if claim.conditions:
                 outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
             else:  # no clip tests it, and its judge says why
-                outcomes.append(claim.judge(pl.DataFrame({"model": labels}), 0.0))
+                outcomes.append(claim.judge([], 0.0))
         found.append(verdict_of(claim, outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures

@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import polars as pl
-
 from experiments import Check, Fit, Study
-from experiments.declare.claim import DSNN, Claim
+from experiments.declare.claim import Claim
+from experiments.judge.judge import Rows
 from experiments.kinds.registry import claims_on, find_claim
-from experiments.paper.claims.clips import ASSUMED, answer, rises, with_model
+from experiments.paper.claims.clips import ASSUMED, answer, rises, rows_of, with_model
 from experiments.paper.clips import FASTER, VARIANTS_2017, VARIANTS_EMD
 from experiments.paper.studies.robot import DEFAULTS, NETWORK, READINGS
 
@@ -24,9 +23,9 @@ RIVALS = ("emd-normalised", "three-arm", "three-arm-4q", "t4t5")
 """Models that see the clips beside those of the experiment, `dsnn`, `dsn2017` and `emd`."""
 
 
-def c7_rises(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c7_rises(clips: Rows, threshold: float) -> list[Check]:
     """Judge whether peak HS rises with the object's speed, at one speed of the background."""
-    return rises(clips.filter(model=DSNN), threshold, "grey")
+    return rises(rows_of(clips), threshold, "grey")
 
 
 C7_RISES = replace(
@@ -99,7 +98,7 @@ def along(name: str, summary: str, claims: Sequence[str], other: str, variants: 
     asked = []
     for claim in (find_claim(claim, "clips") for claim in claims):
         conditions = {**claim.conditions, **({"speed": SPEED[claim.id]} if claim.id in SPEED else {})}
-        asked.append(replace(claim, settled=True, equal_terms={}, conditions=conditions))
+        asked.append(replace(claim.settled(), conditions=conditions))
     return Study(name, summary, tuple(asked), experiments=(name,), axes={f"{ALONG}{other}": dict.fromkeys(levels, ())},
                  repeats=None, replicates=1)  # fmt: skip
 

@@ -51,7 +51,7 @@ def test_each_replicate_is_judged_on_the_clips_of_its_own_seed():
     asked = []
 
     def judge(rows, threshold):
-        asked.append(rows["repeat"].to_list())
+        asked.append([row["repeat"] for row in rows])
         return [Check("-", 1, 0)]
 
     mine = Claim(id="mine", says="-", on="clips", reads=("spikes",), judge=judge)

@@ -60,7 +60,7 @@ class Planted:
 
 def claim(name, column, bound, side="at least"):
     def judge(clips, threshold):
-        (reading,) = clips[column]
+        reading = clips[0][column]
         return [Check(f"{column} {reading:.3f}", reading, bound, side)]
     return Claim(on="clips", id=name, says=name, judge=judge, models={"planted"})
 

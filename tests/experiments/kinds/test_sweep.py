@@ -260,7 +260,7 @@ from experiments import Check, Claim, Clip, OfflineExperiment
 
 
 def judge(clips, threshold):
-    peak = clips["peak_hs"].min()
+    peak = min(row["peak_hs"] for row in clips)
     return [Check(f"{{peak}}", peak, threshold)]
 
 

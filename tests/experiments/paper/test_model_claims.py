@@ -2,7 +2,6 @@
 
 import json
 
-import polars as pl
 import pytest
 
 from dsnn import MODELS
@@ -30,7 +29,7 @@ def rows(numbers, model="lplc2-gf", column="spikes"):
 
 
 def judged(claim, clip_rows):
-    return claim.judge(pl.DataFrame(clip_rows), 0.0)
+    return claim.judge(clip_rows, 0.0)
 
 
 def test_every_claim_is_about_a_model_and_clips_that_there_are():
