@@ -39,6 +39,7 @@ def run(
     eyes: Annotated[str, typer.Option(metavar="one|both", help="both: the robot's eye too, MODEL@ov7670.")] = "one",
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
+    dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
@@ -62,7 +63,7 @@ def run(
         values=key_values(assignments), repeats=repeats, seed=seed,
         options={"eyes": eyes, "recordings": recordings, "pictures": pictures and str(pictures)},
     )  # fmt: skip
-    return options.finish(asked, out, pool)
+    return options.finish(asked, out, pool, dry=dry_run)
 
 
 def _repeat(run: Path, out: Path | None, pool: Pool) -> int:

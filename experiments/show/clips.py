@@ -120,7 +120,7 @@ class ClipSource:
             truth = truth_of(frame.truth)
             yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX)})
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
         shown: dict[str, Any] = {name: getattr(self.stimulus.params, name, None) for name in SHOWN}
         if shown[BACKGROUND] is not None:
