@@ -11,7 +11,7 @@ from experiments.judge.sweep import read
 from experiments.judge.tests import proportion_interval
 from experiments.kinds import sweep, sweep_plan
 from experiments.paper.studies import plausible
-from experiments.settings.settings import changed
+from experiments.settings.settings import with_values
 from experiments.store.asked import Asked
 from tests.experiments.judge.test_replicates import rows_of
 
@@ -48,7 +48,7 @@ def test_every_value_of_the_box_is_legal():
         section, _, name = one.key.partition(".")
         ends = [one.at(share, False) for share in (0.0, 1.0 - 1e-9)]
         if section != "experiment":
-            assert len({changed(section, sections[section], {name: end}) for end in ends}) == 2, one.name
+            assert len({with_values(section, sections[section], {name: end}) for end in ends}) == 2, one.name
 
 
 def answers(specs, weak=()):
@@ -70,7 +70,7 @@ def test_the_run_judges_the_sample_then_the_nearest_then_the_robots(monkeypatch)
     assert len(plan.judged) == 24
 
     def play(study, seed):
-        follows = sweep_plan.planned(study, seed)
+        follows = sweep_plan.sweep_of(study, seed)
         played.append((study.name, len(follows.judged), study.replicates, study.repeats, seed))
         return read(follows, answers(follows.specs, {"0"}))
 

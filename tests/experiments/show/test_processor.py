@@ -108,7 +108,7 @@ def test_points_of_a_sweep_share_frames_and_each_has_its_own_phase():
 
 def test_behind_the_page_too(tmp_path):
     """Between two frames that it sees a model's potential stays, and it does not spike."""
-    session = Session(["dsnn"], ["processor.every=3"])
+    session = Session(["dsnn"], {"processor.every": "3"})
     session.drive("stimulus", 1.0)
     responses = [session.responses["dsnn"] for _ in range(75) if session.step()]
     recorded = session.record(tmp_path / "run")
