@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, Protocol, Self, TypeVar, runtime_checkable
 
 import cv2
 import numpy as np
@@ -14,6 +15,7 @@ import numpy.typing as npt
 
 from dsnn.files import USUAL_FPS
 from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.snapshot import PARTS, Kind, pack, put, take, unpack
 
 FloatMap = npt.NDArray[np.floating]
 P = TypeVar("P")
@@ -257,6 +259,7 @@ class Model(ABC, Generic[P]):
 
     shape: tuple[int, int]
     params: P
+    form = "reference"
     _scale_known = False
 
     def __init__(self, shape: tuple[int, int], params: P | None, kind: type[P]) -> None:
@@ -296,6 +299,48 @@ class Model(ABC, Generic[P]):
     @abstractmethod
     def reset(self) -> None:
         """Return to the state before the first frame."""
+
+    def get_state(self) -> bytes:
+        """Save what the model keeps between two frames.
+
+        Returns
+        -------
+        bytes
+            The state, for `set_state` of a model of the same class, shape, parameters and form, in any process.
+
+        Raises
+        ------
+        ValueError
+            The model follows another's front.
+        """
+        return pack(self._kind(), take(self, PARTS))
+
+    def set_state(self, state: bytes) -> None:
+        """Restore a state: the next frames have the responses that they had then, to the bit.
+
+        Parameters
+        ----------
+        state
+            The bytes that `get_state` returned.
+
+        Raises
+        ------
+        ValueError
+            The bytes are no state, are damaged, or are of another model, or this model follows another's front. The
+            model is then unchanged.
+        """
+        put(self, unpack(state, self._kind()), PARTS)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Make a twin: views among the arrays, and memory of the native form, are not copied one by one."""
+        form = {"form": self.form} if "form" in inspect.signature(type(self)).parameters else {}
+        twin = type(self)(self.shape, self.params, **form)  # type: ignore[arg-type]
+        twin.set_state(self.get_state())
+        return twin
+
+    def _kind(self) -> Kind:
+        rows, columns = self.shape
+        return Kind(f"{type(self).__name__} {rows}x{columns}", f"{self.params!r} {self.form}")
 
     def run(
         self, frames: Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]], *, channels: Channels = "grey"

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 
 FLOORS = (
-    "scenes", "dsnn.files", "dsnn.video", "dsnn.pictures", "dsnn.field_docs", "colias_sim", "dsnn",
+    "scenes", "dsnn.files", "dsnn.video", "dsnn.pictures", "dsnn.field_docs", "dsnn.snapshot", "colias_sim", "dsnn",
     "experiments.base", "experiments.declare", "experiments.settings", "experiments.store", "experiments.show",
     "experiments.judge", "experiments.draw", "experiments.robot", "experiments.kinds", "experiments.live",
     "experiments.cli", "experiments", "experiments.paper",
