@@ -316,7 +316,10 @@ def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:
         raise ValueError(f"the state must be of {kind.name}, got one of {body['name']}")
     if body["digest"] != kind.digest:
         raise ValueError(f"the state must be of {kind.name} with the same settings, got one with others")
-    tree: dict[str, Any] = _Reader(whole[text:], state[at + checked :], values).value(body["tree"])
+    reader = _Reader(whole[text:], state[at + checked :], values)
+    tree: dict[str, Any] = reader.value(body["tree"])
+    if reader.states:
+        raise ValueError(f"the state must be whole, got {len(reader.states)} bytes more: save it again")
     return tree
 
 
@@ -324,7 +327,7 @@ class _Reader:
     """Reads values from JSON, and from the bytes of arrays and states, in their order."""
 
     def __init__(self, arrays: memoryview, states: bytes, values: Kinds) -> None:
-        self._arrays, self._states = arrays, states
+        self._arrays, self.states = arrays, states
         self._values = {one.__name__: one for one in values}
 
     def value(self, plain: Any) -> Any:
@@ -362,7 +365,7 @@ class _Reader:
 
     def _bytes(self, length: int, state: bool) -> bytes:
         if state:
-            taken, self._states = self._states[:length], self._states[length:]
+            taken, self.states = self.states[:length], self.states[length:]
         else:
             taken, self._arrays = bytes(self._arrays[:length]), self._arrays[length:]
         if len(taken) < length:
