@@ -340,7 +340,7 @@ class Model(ABC, Generic[P]):
 
     def _kind(self) -> Kind:
         rows, columns = self.shape
-        return Kind(f"{type(self).__name__} {rows}x{columns}", f"{self.params!r} {self.form}")
+        return f"{type(self).__name__} {rows}x{columns}", f"{self.params!r} {self.form}"
 
     def run(
         self, frames: Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]], *, channels: Channels = "grey"

@@ -13,99 +13,60 @@ import struct
 import zlib
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import reduce
 from typing import Any
 
 import numpy as np
 
-Parts = Mapping[str, tuple[str, str]]
-Tree = dict[str, object]
+Parts = Mapping[str, str]
+"""Class -> the names of the attributes that are its state, besides those of its bases."""
+Kind = tuple[str, str]
+"""What a state is of, for messages; and its configuration as a text, which must be equal."""
 Kinds = tuple[type, ...]
-_PLAIN: Kinds = (type(None), bool, int, float, str, bytes, np.ndarray, np.generic)
+Tree = dict[str, object]
 
 PARTS: Parts = {
-    "dsnn.model.Model": ("_scale_known", "shape params form"),
-    "dsnn.direction.network.DSNN": ("_network", ""),
-    "dsnn.direction.reference.ReferenceNetwork": ("_luminance _residues _on _off", "_shape _params _kernels"),
-    "dsnn.direction.reference.Pathway": ("la f _adaptation _delays lp_hs lp_vs", "_params _alphas"),
-    "dsnn.direction.emd.EMD": ("_retina _states _means", "_pass _delay _shifts _h _d"),
-    "dsnn.direction.emd_normalised.EMDNormalised": ("_retina _states", "_pass _delay _h _d"),
-    "dsnn.direction.flow.Flow": ("_before _now _first", "_dis _flow"),
-    "dsnn.direction.t4t5.T4T5": ("_local", ""),
-    "dsnn.direction.local_motion.LocalMotion": (
-        "_retina _states",
-        "_q _excitatory _inhibitory _local _offsets _alphas _follow _signals _c _delayed _cells _drive _product"
-        " _scratch _window _planes _motion",
-    ),
-    "dsnn.direction.three_arm.ThreeArm": ("_retina _states", "_pass _delay _h _x _delayed"),
-    "dsnn.filters.Retina": ("_before _first", "_change"),
-    "dsnn.filters.States": ("_arrays frames", "_every _floor"),
-    "dsnn.hybrid.Hybrid": ("_dsnn _lgmd _held", "_frames_held"),
-    "dsnn.looming.layers.Detector": ("_count", ""),
-    "dsnn.looming.layers.Adaptation": ("_k _adapted", "_hold _t_sfa _k_sp _t_sp"),
-    "dsnn.looming.lgmd1.LGMD1": ("_layers", ""),
-    "dsnn.looming.lgmd1._NumpyLayers": (
-        "_retina _inhibition _change", "_params _kernel _grouping _excitation _s _zeros",
-    ),
-    "dsnn.looming.lgmd2.LGMD2": (
-        "_retina _on _off _adaptation _pm", "_grouping _rises _falls _s _zeros _follow",
-    ),
-    "dsnn.looming.lgmd2.Pathway": (
-        "_states", "_sigma _centre _kernels _alphas signal _delayed _scratch _zeros _s",
-    ),
-    "dsnn.looming.lplc2.LPLC2": (
-        "_retina _states _contrast _outputs",
-        "_kernels _neighbours _delay _follow _bias _rows _columns _signals _delayed _cells _drive",
-    ),
-    "dsnn.looming.lplc2_gf.LPLC2GF": (
-        "_retina _states _share_before _v", "_dt _passed _delay _substeps _decay _h _delayed",
-    ),
-    "dsnn.looming.mlplc2.MLPLC2": ("_local _outputs", "_rows _columns"),
-    "dsnn.looming.pon_lgmd.PONLGMD": ("_retina _motion_before", "_surround _neighbours _inhibiting _below"),
-    "dsnn.looming.si_lgmd1.SILGMD1": (
-        "_retina _delayed _mean_before", "_gains _kept _spared _blocks _lateral",
-    ),
-    "dsnn.looming.si_lgmd2.SILGMD2": (
-        "_retina _on _off _adaptation _mean_before", "_kept _left _follow",
-    ),
-    "dsnn.looming.si_lgmd2._Pathway": ("_now _before", "_kernels _delay _kept _blocks _scratch"),
-    "dsnn.onboard.model.OnboardDSNN": ("_stages", "fixed"),
-    "dsnn.onboard.numpy_form.NumpyOnboard": ("_luma _changes _la _h _codes _sums", "_c"),
-}  # fmt: skip
-"""Class -> the attributes that are its state, and those that follow from them or from its configuration.
-
-A class also has the attributes of its bases. Attributes that a user's subclass adds are state.
-"""
+    "dsnn.model.Model": "_scale_known",
+    "dsnn.direction.network.DSNN": "_network",
+    "dsnn.direction.network.ReferenceDSNN": "",
+    "dsnn.direction.reference.ReferenceNetwork": "_luminance _residues _on _off",
+    "dsnn.direction.reference.Pathway": "la f _adaptation _delays lp_hs lp_vs",
+    "dsnn.direction.emd.EMD": "_retina _states _means",
+    "dsnn.direction.emd_normalised.EMDNormalised": "_retina _states",
+    "dsnn.direction.flow.Flow": "_before _now _first",
+    "dsnn.direction.t4t5.T4T5": "_local",
+    "dsnn.direction.local_motion.LocalMotion": "_retina _states",
+    "dsnn.direction.three_arm.ThreeArm": "_retina _states",
+    "dsnn.filters.Retina": "_before _first",
+    "dsnn.filters.States": "_arrays frames",
+    "dsnn.hybrid.Hybrid": "_dsnn _lgmd _held",
+    "dsnn.looming.layers.Detector": "_count",
+    "dsnn.looming.layers.Adaptation": "_k _adapted",
+    "dsnn.looming.lgmd1.LGMD1": "_layers",
+    "dsnn.looming.lgmd1._NumpyLayers": "_retina _inhibition _change",
+    "dsnn.looming.lgmd2.LGMD2": "_retina _on _off _adaptation _pm",
+    "dsnn.looming.lgmd2.Pathway": "_states",
+    "dsnn.looming.lplc2.LPLC2": "_retina _states _contrast _outputs",
+    "dsnn.looming.lplc2_gf.LPLC2GF": "_retina _states _share_before _v",
+    "dsnn.looming.mlplc2.MLPLC2": "_local _outputs",
+    "dsnn.looming.pon_lgmd.PONLGMD": "_retina _motion_before",
+    "dsnn.looming.si_lgmd1.SILGMD1": "_retina _delayed _mean_before",
+    "dsnn.looming.si_lgmd2.SILGMD2": "_retina _on _off _adaptation _mean_before",
+    "dsnn.looming.si_lgmd2._Pathway": "_now _before",
+    "dsnn.onboard.model.OnboardDSNN": "_stages",
+    "dsnn.onboard.numpy_form.NumpyOnboard": "_luma _changes _la _h _codes _sums",
+}
+"""The models and their layers. Networks in C bring ``get_state`` and ``set_state``."""
 
 MAGIC, VERSION = b"colias-state", 1
 _HEAD = struct.Struct("<HIQQ")
 """Format; checksum of JSON and arrays; their lengths. The states of parts follow, which have checksums of their own."""
+_PLAIN: Kinds = (type(None), bool, int, float, str, bytes, np.ndarray, np.generic, np.random.Generator)
 
 
-@dataclass(frozen=True)
-class Kind:
-    """What a state is of.
-
-    Parameters
-    ----------
-    name
-        The object, for messages.
-    configuration
-        Its configuration as a text: equal texts mean that a state of one fits the other.
-    """
-
-    name: str
-    configuration: str
-
-    @property
-    def digest(self) -> str:
-        """Digest of the configuration."""
-        return hashlib.sha256(self.configuration.encode()).hexdigest()[:16]
-
-
-def attributes(part: object, parts: Parts) -> tuple[list[str], set[str]] | None:
-    """List the attributes of an object that are its state, and those that are not.
+def attributes(part: object, parts: Parts) -> list[str] | None:
+    """List the attributes that are the state of an object.
 
     Parameters
     ----------
@@ -116,17 +77,15 @@ def attributes(part: object, parts: Parts) -> tuple[list[str], set[str]] | None:
 
     Returns
     -------
-    tuple or None
-        Attributes that are state, in the order of the table, then attributes that no list has; and the others. ``None``
-        for an object whose class is not in the table.
+    list of str or None
+        The names, those of its bases first. ``None`` if the table does not have its class, which may keep more than its
+        bases do, and the class has no ``get_state`` of its own.
     """
-    rows = [parts.get(f"{one.__module__}.{one.__qualname__}") for one in reversed(type(part).__mro__)]
-    known = [row for row in rows if row is not None]
-    if not known:
+    kinds = type(part).__mro__
+    rows = [parts.get(f"{kind.__module__}.{kind.__qualname__}") for kind in kinds]
+    if rows[0] is None and (not any(rows) or "get_state" not in vars(kinds[0])):
         return None
-    state = list(dict.fromkeys(name for row in known for name in row[0].split()))
-    rest = {name for row in known for name in row[1].split()}
-    return [*state, *(name for name in vars(part) if name not in rest and name not in state)], rest
+    return list(dict.fromkeys(" ".join(filter(None, reversed(rows))).split()))
 
 
 def take(part: object, parts: Parts, values: Kinds = ()) -> Tree:
@@ -135,7 +94,7 @@ def take(part: object, parts: Parts, values: Kinds = ()) -> Tree:
     Parameters
     ----------
     part
-        The object, of a class in ``parts``.
+        The object.
     parts
         The table.
     values
@@ -149,37 +108,32 @@ def take(part: object, parts: Parts, values: Kinds = ()) -> Tree:
     Raises
     ------
     ValueError
-        An attribute is neither a value nor a part in the table, and has no ``get_state``.
+        The object or an attribute is neither a value nor of a class in the table, and has no ``get_state``.
     """
-    return _tree(part, parts, (*_PLAIN, *values), [])
-
-
-def _tree(part: object, parts: Parts, plain: Kinds, met: list[int]) -> Tree:
-    names, _ = attributes(part, parts) or ([], set())
-    tree: Tree = {}
-    for name in names:
-        if hasattr(part, name) and id(value := getattr(part, name)) not in met:
-            tree[name] = _taken(value, f"{type(part).__name__}.{name}", parts, plain, met)
+    tree: Tree = _taken(part, type(part).__name__, parts, (*_PLAIN, *values), [], whole=True)
     return tree
 
 
-def _taken(value: Any, where: str, parts: Parts, plain: Kinds, met: list[int]) -> object:
-    if isinstance(value, np.random.Generator):
-        met.append(id(value))
-        return value
+def _taken(value: Any, where: str, parts: Parts, plain: Kinds, met: list[Any], *, whole: bool = False) -> Any:
+    def inner(one: Any, name: str = "") -> Any:
+        return _taken(one, f"{where}{name}", parts, plain, met)
+
     if isinstance(value, plain):
+        met += [value] if isinstance(value, np.random.Generator) else []
         return value
     if type(value) is dict:
-        return {name: _taken(one, f"{where}[{name!r}]", parts, plain, met) for name, one in value.items()}
+        return {name: inner(one, f"[{name!r}]") for name, one in value.items()}
     if type(value) is deque:
-        return deque((_taken(one, where, parts, plain, met) for one in value), value.maxlen)
+        return deque(map(inner, value), value.maxlen)
     if type(value) in (list, tuple):
-        return type(value)(_taken(one, where, parts, plain, met) for one in value)
-    if attributes(value, parts) is not None:
-        return _tree(value, parts, plain, met)
-    if hasattr(value, "get_state"):
+        return type(value)(map(inner, value))
+    if (names := attributes(value, parts)) is not None:
+        there = {name: getattr(value, name) for name in names if hasattr(value, name)}
+        return {name: inner(one, f".{name}") for name, one in there.items() if not any(one is other for other in met)}
+    if hasattr(value, "get_state") and not whole:
         return value.get_state()
-    raise ValueError(f"{where} is a {type(value).__name__}, which cannot be saved: give it get_state() and set_state()")
+    kind = "" if whole else f" is a {type(value).__name__}, which"
+    raise ValueError(f"{where}{kind} cannot be saved: give it get_state() and set_state(state)")
 
 
 def put(part: object, tree: Mapping[str, Any], parts: Parts) -> None:
@@ -195,34 +149,31 @@ def put(part: object, tree: Mapping[str, Any], parts: Parts) -> None:
         The table.
     """
     for name, value in tree.items():
-        current = getattr(part, name, None)
-        if not _filled(current, value, parts):
+        if not _filled(getattr(part, name, None), value, parts):
             setattr(part, name, value)
 
 
 def _filled(current: Any, value: Any, parts: Parts) -> bool:
     """Put a value into an object that is there already; false where it has to be replaced."""
-    if isinstance(current, np.ndarray) and isinstance(value, np.ndarray):
-        fits = current.flags.writeable and (current.shape, current.dtype) == (value.shape, value.dtype)
-        if fits:
-            current[...] = value
-        return fits
-    if isinstance(current, np.random.Generator) and isinstance(value, np.random.Generator):
-        if type(current.bit_generator) is not type(value.bit_generator):
-            return False
-        current.bit_generator.state = value.bit_generator.state
-        return True
-    if isinstance(current, list | tuple) and isinstance(value, list | tuple) and len(current) == len(value):
-        return bool(value) and all(_filled(one, other, parts) for one, other in zip(current, value, strict=True))
-    if isinstance(current, dict) and isinstance(value, dict) and current.keys() == value.keys():
-        return bool(value) and all(_filled(current[name], value[name], parts) for name in value)
-    if isinstance(value, dict) and attributes(current, parts) is not None:
-        put(current, value, parts)
-        return True
+    match current, value:
+        case np.ndarray(), np.ndarray():
+            fits = bool(current.flags.writeable) and (current.shape, current.dtype) == (value.shape, value.dtype)
+            current[...] = value if fits else current
+            return fits
+        case np.random.Generator(), np.random.Generator():
+            fits = type(current.bit_generator) is type(value.bit_generator)
+            current.bit_generator.state = value.bit_generator.state if fits else current.bit_generator.state
+            return fits
+        case (list() | tuple(), list() | tuple()) if len(current) == len(value) > 0:
+            return all(_filled(one, other, parts) for one, other in zip(current, value, strict=True))
+        case (dict(), dict()) if current.keys() == value.keys() and value:
+            return all(_filled(current[name], value[name], parts) for name in value)
+        case _, dict() if attributes(current, parts) is not None:
+            put(current, value, parts)
+            return True
     if hasattr(current, "set_state"):
         current.set_state(value)
-        return True
-    return False
+    return hasattr(current, "set_state")
 
 
 def pack(kind: Kind, tree: Tree) -> bytes:
@@ -240,16 +191,20 @@ def pack(kind: Kind, tree: Tree) -> bytes:
     bytes
         The state.
     """
-    arrays: list[bytes | memoryview] = []
+    arrays: list[memoryview] = []
     states: list[bytes] = []
-    body = {"name": kind.name, "digest": kind.digest, "tree": _plain(tree, arrays, states)}
+    body = [kind[0], _digest(kind), _plain(tree, arrays, states)]
     checked = [text := json.dumps(body, separators=(",", ":")).encode(), *arrays]
     check = reduce(lambda sum_, one: zlib.crc32(one, sum_), checked, len(text))
     head = _HEAD.pack(VERSION, check, len(text), sum(map(len, checked)))
     return b"".join((MAGIC, head, *checked, *states))
 
 
-def _plain(value: Any, arrays: list[bytes | memoryview], states: list[bytes]) -> object:
+def _digest(kind: Kind) -> str:
+    return hashlib.sha256(kind[1].encode()).hexdigest()[:16]
+
+
+def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
     """Convert a value to JSON; append the bytes of arrays, and states, to the lists."""
 
     def plain(one: Any) -> object:
@@ -259,17 +214,17 @@ def _plain(value: Any, arrays: list[bytes | memoryview], states: list[bytes]) ->
         case np.ndarray() | np.generic():
             array = np.ascontiguousarray(value)
             arrays.append(array.reshape(-1).view(np.uint8).data)
-            scalar, fixed = isinstance(value, np.generic), isinstance(value, np.ndarray) and not value.flags.writeable
-            return {"array": [array.dtype.str, np.shape(value), scalar, fixed]}
+            scalar = isinstance(value, np.generic)
+            return {"array": [array.dtype.str, np.shape(value), scalar, scalar or not value.flags.writeable]}
         case None | bool() | int() | float() | str():
             return value
         case bytes():
-            (states if (state := value.startswith(MAGIC)) else arrays).append(value)
-            return {"bytes": [len(value), state]}
+            states.append(value)
+            return {"bytes": [len(value), 0 if value.startswith(MAGIC) else zlib.crc32(value)]}
         case list():
             return [plain(one) for one in value]
         case tuple():
-            return {"tuple": [plain(one) for one in value]}
+            return {"tuple": plain(list(value))}
         case deque():
             return {"deque": [plain(list(value)), value.maxlen]}
         case dict():
@@ -309,18 +264,21 @@ def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:
     if len(state) >= at and version != VERSION:
         raise ValueError(f"the format of a state must be {VERSION}, got {version}: save it with this version")
     whole = memoryview(state)[at : at + checked]
-    if not text <= len(whole) == checked or not text or zlib.crc32(whole, text & 0xFFFFFFFF) != check:
-        raise ValueError(f"the state must be whole, got {len(state)} damaged bytes: save it again")
-    body = json.loads(bytes(whole[:text]))
-    if body["name"] != kind.name:
-        raise ValueError(f"the state must be of {kind.name}, got one of {body['name']}")
-    if body["digest"] != kind.digest:
-        raise ValueError(f"the state must be of {kind.name} with the same settings, got one with others")
+    if not 0 < text <= len(whole) == checked or zlib.crc32(whole, text & 0xFFFFFFFF) != check:
+        raise ValueError(_DAMAGED)
+    name, digest, plain = json.loads(bytes(whole[:text]))
+    if name != kind[0]:
+        raise ValueError(f"the state must be of {kind[0]}, got one of {name}")
+    if digest != _digest(kind):
+        raise ValueError(f"the state must be of {name} with the same settings, got one with others")
     reader = _Reader(whole[text:], state[at + checked :], values)
-    tree: dict[str, Any] = reader.value(body["tree"])
+    tree: dict[str, Any] = reader.value(plain)
     if reader.states:
-        raise ValueError(f"the state must be whole, got {len(reader.states)} bytes more: save it again")
+        raise ValueError(_DAMAGED)
     return tree
+
+
+_DAMAGED = "the state must be whole, got damaged bytes: save it again"
 
 
 class _Reader:
@@ -363,11 +321,8 @@ class _Reader:
         array = np.frombuffer(bytes(mine) if fixed else mine, kind).reshape(shape)
         return array[()] if scalar else array if fixed else array.copy()
 
-    def _bytes(self, length: int, state: bool) -> bytes:
-        if state:
-            taken, self.states = self.states[:length], self.states[length:]
-        else:
-            taken, self._arrays = bytes(self._arrays[:length]), self._arrays[length:]
-        if len(taken) < length:
-            raise ValueError(f"the state must be whole, got {length - len(taken)} bytes less: save it again")
+    def _bytes(self, length: int, check: int) -> bytes:
+        taken, self.states = self.states[:length], self.states[length:]
+        if len(taken) < length or (check and zlib.crc32(taken) != check):
+            raise ValueError(_DAMAGED)
         return taken
