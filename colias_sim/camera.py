@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -121,6 +122,15 @@ class Camera:
         """
         return self._offscreen.in_use()
 
+    def copy(self, model: mujoco.MjModel) -> Camera:
+        """Make a twin of the camera in a copy of the model, which shares the OpenGL context, and has no frame yet."""
+        twin = copy.copy(self)
+        twin._lamps = None if self._lamps is None else Lamps(model)
+        twin._offscreen = self._offscreen.copy(model)
+        twin._sensor = Sensor(self._eye, twin._offscreen, self._made_with)
+        twin._set_optics()
+        return twin
+
     @property
     def renders(self) -> tuple[Render, ...]:
         """The renders of the current frame."""
@@ -144,9 +154,12 @@ class Camera:
         ValueError
             The settings need another framebuffer or scene, for example another size, view, frame rate or sampling.
         """
-        check_tunable(config, self._made_with)
-        self.config = config
-        self._set_optics()
+        if config != self.config:
+            check_tunable(config, self._made_with)
+            self.config = config
+            self._set_optics()
+        if self._lamps is not None:
+            self._lamps.look()
 
     def _set_optics(self) -> None:
         """Set up plans, lens, noise and tone from the settings."""

@@ -6,15 +6,13 @@ of its arrays. Nothing in it is executed. `PARTS` says for each class which attr
 
 from __future__ import annotations
 
-import hashlib
 import json
-import math
 import struct
 import zlib
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
-from functools import reduce
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -60,9 +58,11 @@ PARTS: Parts = {
 """The models and their layers. Networks in C bring ``get_state`` and ``set_state``."""
 
 MAGIC, VERSION = b"colias-state", 1
-_HEAD = struct.Struct("<HIQQ")
-"""Format; checksum of JSON and arrays; their lengths. The states of parts follow, which have checksums of their own."""
-_PLAIN: Kinds = (type(None), bool, int, float, str, bytes, np.ndarray, np.generic, np.random.Generator)
+_HEAD = struct.Struct("<HIQQQ")
+"""Format; checksum of JSON and arrays; length of the JSON, of both, and of everything. The states of parts follow,
+which have checksums of their own."""
+_JSON: Kinds = (type(None), bool, int, float, str)
+_PLAIN: Kinds = (*_JSON, bytes, np.ndarray, np.generic, np.random.Generator)
 
 
 def attributes(part: object, parts: Parts) -> list[str] | None:
@@ -115,14 +115,14 @@ def take(part: object, parts: Parts, values: Kinds = ()) -> Tree:
 
 
 def _taken(value: Any, where: str, parts: Parts, plain: Kinds, met: list[Any], *, whole: bool = False) -> Any:
-    def inner(one: Any, name: str = "") -> Any:
+    def inner(one: Any, name: object = "") -> Any:
         return _taken(one, f"{where}{name}", parts, plain, met)
 
     if isinstance(value, plain):
         met += [value] if isinstance(value, np.random.Generator) else []
         return value
     if type(value) is dict:
-        return {name: inner(one, f"[{name!r}]") for name, one in value.items()}
+        return {name: inner(one, [name]) for name, one in value.items()}
     if type(value) is deque:
         return deque(map(inner, value), value.maxlen)
     if type(value) in (list, tuple):
@@ -132,12 +132,11 @@ def _taken(value: Any, where: str, parts: Parts, plain: Kinds, met: list[Any], *
         return {name: inner(one, f".{name}") for name, one in there.items() if not any(one is other for other in met)}
     if hasattr(value, "get_state") and not whole:
         return value.get_state()
-    kind = "" if whole else f" is a {type(value).__name__}, which"
-    raise ValueError(f"{where}{kind} cannot be saved: give it get_state() and set_state(state)")
+    raise ValueError(f"{where} ({type(value).__name__}) cannot be saved: give it get_state() and set_state(state)")
 
 
 def put(part: object, tree: Mapping[str, Any], parts: Parts) -> None:
-    """Give an object the state of `take`. Arrays and generators that it shares with others stay the same objects.
+    """Give an object the state of `take`. Arrays that it shares with others stay the same objects.
 
     Parameters
     ----------
@@ -156,24 +155,20 @@ def put(part: object, tree: Mapping[str, Any], parts: Parts) -> None:
 def _filled(current: Any, value: Any, parts: Parts) -> bool:
     """Put a value into an object that is there already; false where it has to be replaced."""
     match current, value:
-        case np.ndarray(), np.ndarray():
-            fits = bool(current.flags.writeable) and (current.shape, current.dtype) == (value.shape, value.dtype)
-            current[...] = value if fits else current
-            return fits
-        case np.random.Generator(), np.random.Generator():
-            fits = type(current.bit_generator) is type(value.bit_generator)
-            current.bit_generator.state = value.bit_generator.state if fits else current.bit_generator.state
-            return fits
+        case np.ndarray(flags=flags), np.ndarray() if flags.writeable and current.shape == value.shape:
+            if same := current.dtype == value.dtype:
+                current[...] = value
+            return bool(same)
         case (list() | tuple(), list() | tuple()) if len(current) == len(value) > 0:
             return all(_filled(one, other, parts) for one, other in zip(current, value, strict=True))
         case (dict(), dict()) if current.keys() == value.keys() and value:
-            return all(_filled(current[name], value[name], parts) for name in value)
+            return _filled([current[name] for name in value], [*value.values()], parts)
         case _, dict() if attributes(current, parts) is not None:
             put(current, value, parts)
             return True
-    if hasattr(current, "set_state"):
+    if own := hasattr(current, "set_state"):
         current.set_state(value)
-    return hasattr(current, "set_state")
+    return own
 
 
 def pack(kind: Kind, tree: Tree) -> bytes:
@@ -193,45 +188,30 @@ def pack(kind: Kind, tree: Tree) -> bytes:
     """
     arrays: list[memoryview] = []
     states: list[bytes] = []
-    body = [kind[0], _digest(kind), _plain(tree, arrays, states)]
-    checked = [text := json.dumps(body, separators=(",", ":")).encode(), *arrays]
-    check = reduce(lambda sum_, one: zlib.crc32(one, sum_), checked, len(text))
-    head = _HEAD.pack(VERSION, check, len(text), sum(map(len, checked)))
-    return b"".join((MAGIC, head, *checked, *states))
-
-
-def _digest(kind: Kind) -> str:
-    return hashlib.sha256(kind[1].encode()).hexdigest()[:16]
+    body = [kind[0], zlib.crc32(kind[1].encode()), _plain(tree, arrays, states)]
+    text = json.dumps(body, separators=(",", ":")).encode()
+    check = reduce(lambda sum_, one: zlib.crc32(one, sum_), arrays, zlib.crc32(text, len(text)))
+    checked = len(text) + sum(map(len, arrays))
+    head = _HEAD.pack(VERSION, check, len(text), checked, checked + sum(map(len, states)))
+    return b"".join((MAGIC, head, text, *arrays, *states))
 
 
 def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
     """Convert a value to JSON; append the bytes of arrays, and states, to the lists."""
-
-    def plain(one: Any) -> object:
-        return _plain(one, arrays, states)
-
-    match value:
-        case np.ndarray() | np.generic():
-            array = np.ascontiguousarray(value)
-            arrays.append(array.reshape(-1).view(np.uint8).data)
-            scalar = isinstance(value, np.generic)
-            return {"array": [array.dtype.str, np.shape(value), scalar, scalar or not value.flags.writeable]}
-        case None | bool() | int() | float() | str():
-            return value
-        case bytes():
-            states.append(value)
-            return {"bytes": [len(value), 0 if value.startswith(MAGIC) else zlib.crc32(value)]}
-        case list():
-            return [plain(one) for one in value]
-        case tuple():
-            return {"tuple": plain(list(value))}
-        case deque():
-            return {"deque": [plain(list(value)), value.maxlen]}
-        case dict():
-            return {"dict": [[name, plain(one)] for name, one in value.items()]}
-        case np.random.Generator():
-            return {"generator": plain(value.bit_generator.state)}
-    return {type(value).__name__: plain({one.name: getattr(value, one.name) for one in fields(value)})}
+    if type(value) in _JSON:
+        return value
+    if isinstance(value, list):
+        return [one if type(one) in _JSON else _plain(one, arrays, states) for one in value]
+    if isinstance(value, bytes):
+        states.append(value)
+        begin, check = sum(map(len, states[:-1])), None if value.startswith(MAGIC) else zlib.crc32(value)
+        return {"bytes": [begin, begin + len(value), check]}
+    if isinstance(value, np.ndarray | np.generic):
+        array, scalar = np.ascontiguousarray(value), isinstance(value, np.generic)
+        arrays.append(array.reshape(-1).view(np.uint8).data)
+        begin, fixed = sum(map(len, arrays[:-1])), scalar or not value.flags.writeable
+        return {"array": [begin, begin + array.nbytes, array.dtype.str, list(np.shape(value)), scalar, fixed]}
+    return {type(value).__name__: _plain(_INNER.get(type(value), _named)(value), arrays, states)}
 
 
 def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:
@@ -260,69 +240,68 @@ def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:
     if not isinstance(state, bytes) or not state.startswith(MAGIC):
         found = f"{len(state)} other bytes" if isinstance(state, bytes) else f"a {type(state).__name__}"
         raise ValueError(f"a state must be the bytes that get_state() returned, got {found}")
-    version, check, text, checked = _HEAD.unpack(state[len(MAGIC) : at].ljust(_HEAD.size, b"\0"))
-    if len(state) >= at and version != VERSION:
+    version, check, *lengths = _HEAD.unpack(state[len(MAGIC) : at].ljust(_HEAD.size, b"\0"))
+    (text, checked, every), whole = lengths, memoryview(state)[at:]
+    if whole and version != VERSION:
         raise ValueError(f"the format of a state must be {VERSION}, got {version}: save it with this version")
-    whole = memoryview(state)[at : at + checked]
-    if not 0 < text <= len(whole) == checked or zlib.crc32(whole, text & 0xFFFFFFFF) != check:
-        raise ValueError(_DAMAGED)
+    if not 0 < text <= checked <= every == len(whole) < 1 << 32 or zlib.crc32(whole[:checked], text) != check:
+        raise ValueError("the state must be whole, got damaged bytes: save it again")
     name, digest, plain = json.loads(bytes(whole[:text]))
     if name != kind[0]:
         raise ValueError(f"the state must be of {kind[0]}, got one of {name}")
-    if digest != _digest(kind):
+    if digest != zlib.crc32(kind[1].encode()):
         raise ValueError(f"the state must be of {name} with the same settings, got one with others")
-    reader = _Reader(whole[text:], state[at + checked :], values)
-    tree: dict[str, Any] = reader.value(plain)
-    if reader.states:
-        raise ValueError(_DAMAGED)
+    made = _OUTER | {one.__name__: partial(_made, one) for one in values}
+    made |= {"array": partial(_array, whole[text:checked]), "bytes": partial(_bytes, whole[checked:])}
+    tree: dict[str, Any] = _value(plain, made)
     return tree
 
 
-_DAMAGED = "the state must be whole, got damaged bytes: save it again"
+def _value(plain: Any, made: Mapping[str, Callable[[Any], Any]]) -> Any:
+    """Return the value of a piece of JSON."""
+    if type(plain) in _JSON:
+        return plain
+    if isinstance(plain, list):
+        return [_value(one, made) for one in plain]
+    ((kind, inner),) = plain.items()
+    return made[kind](_value(inner, made))
 
 
-class _Reader:
-    """Reads values from JSON, and from the bytes of arrays and states, in their order."""
+def _array(arrays: memoryview, inner: tuple[int, int, str, list[int], bool, bool]) -> Any:
+    begin, end, kind, shape, scalar, fixed = inner
+    # A fixed array lies over immutable bytes of its own: nobody can make it writable.
+    array = np.frombuffer(bytes(arrays[begin:end]) if fixed else arrays[begin:end], kind).reshape(shape)
+    return array[()] if scalar else array if fixed else array.copy()
 
-    def __init__(self, arrays: memoryview, states: bytes, values: Kinds) -> None:
-        self._arrays, self.states = arrays, states
-        self._values = {one.__name__: one for one in values}
 
-    def value(self, plain: Any) -> Any:
-        """Return the value of a piece of JSON."""
-        if isinstance(plain, list):
-            return [self.value(one) for one in plain]
-        if not isinstance(plain, dict):
-            return plain
-        ((kind, inner),) = plain.items()
-        match kind:
-            case "array":
-                return self._array(*inner)
-            case "bytes":
-                return self._bytes(*inner)
-            case "tuple":
-                return tuple(self.value(inner))
-            case "deque":
-                return deque(self.value(inner[0]), inner[1])
-            case "dict":
-                return {name: self.value(one) for name, one in inner}
-            case "generator":
-                bits = self.value(inner)
-                known = {one.__name__: one for one in np.random.BitGenerator.__subclasses__()}
-                generator = np.random.Generator(known[bits["bit_generator"]]())
-                generator.bit_generator.state = bits
-                return generator
-        return self._values[kind](**self.value(inner))
+def _bytes(states: memoryview, inner: tuple[int, int, int | None]) -> bytes:
+    begin, end, check = inner
+    if check is not None and zlib.crc32(states[begin:end]) != check:
+        raise ValueError("the state must be whole, got damaged bytes: save it again")
+    return bytes(states[begin:end])
 
-    def _array(self, kind: str, shape: list[int], scalar: bool, fixed: bool) -> Any:
-        size = np.dtype(kind).itemsize * math.prod(shape)
-        mine, self._arrays = self._arrays[:size], self._arrays[size:]
-        # A fixed array lies over immutable bytes of its own: nobody can make it writable.
-        array = np.frombuffer(bytes(mine) if fixed else mine, kind).reshape(shape)
-        return array[()] if scalar else array if fixed else array.copy()
 
-    def _bytes(self, length: int, check: int) -> bytes:
-        taken, self.states = self.states[:length], self.states[length:]
-        if len(taken) < length or (check and zlib.crc32(taken) != check):
-            raise ValueError(_DAMAGED)
-        return taken
+def _named(value: Any) -> dict[str, object]:
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
+def _made(kind: type, inner: dict[str, object]) -> object:
+    return kind(**inner)
+
+
+def _generator(state: dict[str, Any]) -> np.random.Generator:
+    known = {kind.__name__: kind for kind in np.random.BitGenerator.__subclasses__()}
+    generator = np.random.Generator(known[state["bit_generator"]]())
+    generator.bit_generator.state = state
+    return generator
+
+
+_INNER: dict[type, Callable[[Any], object]] = {
+    tuple: list, deque: lambda one: [list(one), one.maxlen], dict: lambda one: [[*pair] for pair in one.items()],
+    np.random.Generator: lambda one: one.bit_generator.state,
+}  # fmt: skip
+"""Kind of value -> what it is made of, of simpler kinds; a dataclass is made of its fields."""
+_OUTER: dict[str, Callable[[Any], Any]] = {
+    "tuple": tuple, "deque": lambda one: deque(*one), "dict": dict, "Generator": _generator,
+}  # fmt: skip
+"""Name of a kind of value -> its inverse."""

@@ -36,6 +36,19 @@ class CheckedModel:
         """Forget every frame."""
         self.inner.reset()
 
+    def get_state(self) -> bytes:
+        """Save what the model keeps; ``ValueError`` if it has no such method."""
+        return bytes(self._savable().get_state())
+
+    def set_state(self, state: bytes) -> None:
+        """Restore what `get_state` saved."""
+        self._savable().set_state(state)
+
+    def _savable(self) -> Any:
+        if not (hasattr(self.inner, "get_state") and hasattr(self.inner, "set_state")):
+            raise ValueError(f"model {self.name} cannot be saved: give it get_state() and set_state(state)")
+        return self.inner
+
 
 def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     """Build a model with its parameters for the robot, for frames of ``shape`` (R, C).

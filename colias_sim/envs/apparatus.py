@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Collection
 
@@ -38,13 +39,24 @@ class Apparatus:
         self, sim: Simulation, observer: str, shells: Collection[str], robot: RobotConfig,
         retexture: Callable[[int], None],
     ) -> None:  # fmt: skip
-        self._sim, self._observer, self._retexture = sim, observer, retexture
-        self._materials = [sim.model.material(f"{name}/shell") for name in shells]
-        self._eye_quat = sim.model.camera(f"{observer}/eye").quat
+        self._observer, self._shells = observer, shells
+        self._bind(sim, retexture)
         self._straight_quat = self._eye_quat.copy()
         self._robot, self._contrast = robot, 1.0
-        self._wall = texels(sim.model, WALL)
         self._plain_wall = self._wall.copy()
+
+    def _bind(self, sim: Simulation, retexture: Callable[[int], None]) -> None:
+        """Find what varies in a simulation."""
+        self._sim, self._retexture = sim, retexture
+        self._materials = [sim.model.material(f"{name}/shell") for name in self._shells]
+        self._eye_quat = sim.model.camera(f"{self._observer}/eye").quat
+        self._wall = texels(sim.model, WALL)
+
+    def copy(self, sim: Simulation, retexture: Callable[[int], None]) -> Apparatus:
+        """Make a twin of it for a copy of the simulation."""
+        twin = copy.copy(self)
+        twin._bind(sim, retexture)
+        return twin
 
     def set(self, camera: CameraConfig, robot: RobotConfig, values: Values) -> None:
         """Set everything except light, wheel gains, start and latency. Call it before the simulation's reset.

@@ -82,8 +82,8 @@ class NativeModel:
 
     def set_state(self, state: npt.NDArray[np.uint8]) -> None:
         """Restore the arrays; ``ValueError``, and nothing done, for those of another model."""
-        fits = state.size == self._state_size(self._model)
-        if not (fits and self._load(self._model, self._ffi.from_buffer("uint8_t[]", state))):
+        same = state.size == self._state_size(self._model)
+        if not (same and self._load(self._model, self._ffi.from_buffer("uint8_t[]", state))):
             raise ValueError("the state is of another model, or this one follows the front of another")
 
     def _see(self, luma: npt.NDArray[Any]) -> Any:
