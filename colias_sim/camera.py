@@ -123,7 +123,18 @@ class Camera:
         return self._offscreen.in_use()
 
     def copy(self, model: mujoco.MjModel) -> Camera:
-        """Make a twin of the camera in a copy of the model, which shares the OpenGL context, and has no frame yet."""
+        """Make a twin in a copy of the scene, which shares the OpenGL context and has no exposure yet.
+
+        Parameters
+        ----------
+        model
+            The copy.
+
+        Returns
+        -------
+        Camera
+            The twin.
+        """
         twin = copy.copy(self)
         twin._lamps = None if self._lamps is None else Lamps(model)
         twin._offscreen = self._offscreen.copy(model)
