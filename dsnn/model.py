@@ -339,8 +339,7 @@ class Model(ABC, Generic[P]):
         return twin
 
     def _kind(self) -> Kind:
-        rows, columns = self.shape
-        return f"{type(self).__name__} {rows}x{columns}", f"{self.params!r} {self.form}"
+        return f"{type(self).__name__} {self.shape[0]}x{self.shape[1]}", f"{self.params!r} {self.form}"
 
     def run(
         self, frames: Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]], *, channels: Channels = "grey"

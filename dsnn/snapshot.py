@@ -202,16 +202,16 @@ def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
         return value
     if isinstance(value, list):
         return [one if type(one) in _JSON else _plain(one, arrays, states) for one in value]
-    if isinstance(value, bytes):
+    if isinstance(value, bytes) and value.startswith(MAGIC):
         states.append(value)
-        begin, check = sum(map(len, states[:-1])), None if value.startswith(MAGIC) else zlib.crc32(value)
-        return {"bytes": [begin, begin + len(value), check]}
+        return {"state": [sum(map(len, states[:-1])), sum(map(len, states))]}
     if isinstance(value, np.ndarray | np.generic):
         array, scalar = np.ascontiguousarray(value), isinstance(value, np.generic)
         arrays.append(array.reshape(-1).view(np.uint8).data)
         begin, fixed = sum(map(len, arrays[:-1])), scalar or not value.flags.writeable
         return {"array": [begin, begin + array.nbytes, array.dtype.str, list(np.shape(value)), scalar, fixed]}
-    return {type(value).__name__: _plain(_INNER.get(type(value), _named)(value), arrays, states)}
+    inner = _INNER.get(type(value), lambda one: {field.name: getattr(one, field.name) for field in fields(one)})
+    return {type(value).__name__: _plain(inner(value), arrays, states)}
 
 
 def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:
@@ -251,8 +251,8 @@ def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:
         raise ValueError(f"the state must be of {kind[0]}, got one of {name}")
     if digest != zlib.crc32(kind[1].encode()):
         raise ValueError(f"the state must be of {name} with the same settings, got one with others")
-    made = _OUTER | {one.__name__: partial(_made, one) for one in values}
-    made |= {"array": partial(_array, whole[text:checked]), "bytes": partial(_bytes, whole[checked:])}
+    made = _OUTER | {one.__name__: lambda inner, one=one: one(**inner) for one in values}
+    made |= {"array": partial(_array, whole[text:checked]), "state": lambda ends: bytes(whole[checked:][slice(*ends)])}
     tree: dict[str, Any] = _value(plain, made)
     return tree
 
@@ -274,21 +274,6 @@ def _array(arrays: memoryview, inner: tuple[int, int, str, list[int], bool, bool
     return array[()] if scalar else array if fixed else array.copy()
 
 
-def _bytes(states: memoryview, inner: tuple[int, int, int | None]) -> bytes:
-    begin, end, check = inner
-    if check is not None and zlib.crc32(states[begin:end]) != check:
-        raise ValueError("the state must be whole, got damaged bytes: save it again")
-    return bytes(states[begin:end])
-
-
-def _named(value: Any) -> dict[str, object]:
-    return {field.name: getattr(value, field.name) for field in fields(value)}
-
-
-def _made(kind: type, inner: dict[str, object]) -> object:
-    return kind(**inner)
-
-
 def _generator(state: dict[str, Any]) -> np.random.Generator:
     known = {kind.__name__: kind for kind in np.random.BitGenerator.__subclasses__()}
     generator = np.random.Generator(known[state["bit_generator"]]())
@@ -298,10 +283,11 @@ def _generator(state: dict[str, Any]) -> np.random.Generator:
 
 _INNER: dict[type, Callable[[Any], object]] = {
     tuple: list, deque: lambda one: [list(one), one.maxlen], dict: lambda one: [[*pair] for pair in one.items()],
-    np.random.Generator: lambda one: one.bit_generator.state,
+    np.random.Generator: lambda one: one.bit_generator.state, bytes: lambda one: np.array([*one], np.uint8),
 }  # fmt: skip
 """Kind of value -> what it is made of, of simpler kinds; a dataclass is made of its fields."""
 _OUTER: dict[str, Callable[[Any], Any]] = {
     "tuple": tuple, "deque": lambda one: deque(*one), "dict": dict, "Generator": _generator,
+    "bytes": lambda one: one.tobytes(),
 }  # fmt: skip
 """Name of a kind of value -> its inverse."""

@@ -382,8 +382,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             After `close`.
         """
         self._check_open()
-        model = None if self._model is None else self._model.get_state()
-        return pack(self._kind, self._tree() | {"_model": model})
+        return pack(self._kind, self._tree() | {"_model": self._model and self._model.get_state()})
 
     def set_state(self, state: bytes) -> None:
         """Restore a state: equal actions then have equal observations, rewards and infos, to the bit.
@@ -405,7 +404,16 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         world, model = self._sim._read(tree.pop("_sim")), tree.pop("_model")
         if self._model is not None:
             self._model.set_state(model)
-        self._restore(tree, world)
+        self._responses = [PastResponse(*response) for response in tree.pop("_responses")]
+        if tree["_begun"]:
+            self._equip(tree["_factors"])
+        self._sim._restore(world)
+        if tree["_drivers"]:  # are drawn again from where the episode began, and then put into their states
+            rng = self.np_random = tree.pop("_np_random")
+            now, rng.bit_generator.state = rng.bit_generator.state, tree["_start"]
+            self._drivers = self._drawn(rng)[1]
+            rng.bit_generator.state = now
+        put(self, tree, self._parts)
 
     def copy(self) -> Self:
         """Make a twin in this process, which goes on from here on its own. Of a wrapped env call ``unwrapped.copy``.
@@ -429,11 +437,11 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             vars(twin).pop(name, None)
         twin._sim = self._sim.copy()
         twin._observer = twin._sim.robots[self._observer.name]
-        twin._model = copy.deepcopy(self._model)
+        twin._model = None
         twin._renderer = None if self._renderer is None else self._renderer.copy(twin._sim)
         twin._apparatus = self._apparatus.copy(twin._sim, twin._retexture)
-        tree = unpack(pack(self._kind, self._tree()), self._kind, (Pose,))
-        twin._restore(tree, twin._sim._read(tree.pop("_sim")))
+        twin.set_state(pack(self._kind, self._tree() | {"_model": None}))
+        twin._model = copy.deepcopy(self._model)
         return twin
 
     @property
@@ -445,19 +453,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Return the state without that of the model."""
         responses = [[getattr(response, name) for name in NEURAL] for response in self._responses]
         return take(self, self._parts, (Pose,)) | {"_responses": responses, "_sim": self._sim.get_state()}
-
-    def _restore(self, tree: dict[str, Any], world: dict[str, Any]) -> None:
-        self._responses = [PastResponse(*response) for response in tree.pop("_responses")]
-        if tree["_begun"]:
-            self._equip(tree["_factors"])
-        self._sim._restore(world)
-        if tree["_drivers"]:  # are drawn again from where the episode began, and then put into their states
-            self.np_random = tree.pop("_np_random")
-            bits = self.np_random.bit_generator
-            now, bits.state = bits.state, tree["_start"]
-            self._drivers = self._drawn(self.np_random)[1]
-            bits.state = now
-        put(self, tree, self._parts)
 
     # Read-only views, for recordings and baselines.
 
