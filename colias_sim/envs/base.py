@@ -134,7 +134,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             self.close()
             raise
         shells = [name for name, variant in others.items() if variant != "colias"]
-        self._apparatus = Apparatus(sim, self._observer.name, shells, robot, self._retexture)
+        self._apparatus = Apparatus(sim, self._observer.name, shells, robot)
 
     # What a subclass declares. (`World` has what disturbs it.)
 
@@ -439,7 +439,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         twin._observer = twin._sim.robots[self._observer.name]
         twin._model = None
         twin._renderer = None if self._renderer is None else self._renderer.copy(twin._sim)
-        twin._apparatus = self._apparatus.copy(twin._sim, twin._retexture)
+        twin._apparatus = self._apparatus.copy(twin._sim)
         twin.set_state(pack(self._kind, self._tree() | {"_model": None}))
         twin._model = copy.deepcopy(self._model)
         return twin
@@ -503,7 +503,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Set the apparatus to an episode's draw; return the values of all factors that are no settings."""
         self._factors, values = drawn, USUAL | drawn
         camera, self._body = apparatus_with(self._camera, self._robot, drawn)
-        self._apparatus.set(camera, self._body, values)
+        self._apparatus.set(camera, self._body, values, self._retexture)
         return values
 
     def _retexture(self, texture: int) -> None:
