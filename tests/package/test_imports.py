@@ -167,7 +167,7 @@ def test_a_simulator_loads_leaves_of_dsnn_alone():
         "import sys, colias_sim.simulation, colias_sim.envs; print(*(m for m in sys.modules if m.startswith('dsnn.')))"
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert set(loaded) <= {"dsnn.files", "dsnn.pictures", "dsnn.field_docs"}
+    assert set(loaded) <= {"dsnn.files", "dsnn.pictures", "dsnn.field_docs", "dsnn.snapshot"}
 
 
 # What kind of run it is, is asked by kinds alone.
