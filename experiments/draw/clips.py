@@ -11,13 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.declare.clip import ClipFigure
 from experiments.draw import findings, style
 
 Thresholds = Mapping[str, float | None]
 Lines = tuple[str, pl.DataFrame, str, str]
 """A part of a figure: a name, rows, the column along the axis, and the column with a line for each level."""
-CHANNELS = {"hs": ("HS", style.HUES[0]), "vs": ("VS", style.HUES[1]), "looming": ("looming", style.HUES[2])}
 WAYS = {"rightward": "peak_hs", "leftward": "trough_hs", "downward": "peak_vs", "upward": "trough_vs"}
 """Direction of motion -> the extreme that signals it."""
 DEPTH = ("looming", "receding")
@@ -155,7 +155,11 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     models, clips = style.levels(trials, "model"), style.levels(trials, "clip")
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
-    ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
+    ends = [
+        getattr(pl.col(name), end)().alias(f"{name}_{end}")
+        for name in palette.CHANNELS
+        for end in ("mean", "min", "max")
+    ]
     cells = style.by(table, "model", "clip", "time").agg(ends)
     most = min({1: 6, 2: 8, 3: 8}.get(len(models), ACROSS), len(clips))
     across = max((n for n in range(4, most + 1) if len(clips) % n == 0), default=most)  # rows alike, as of one shade
@@ -167,7 +171,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     keys: dict[str, Any] = {}
     for row, model in enumerate(models):
         of_model, level = cells.filter(model=model), thresholds.get(model)
-        shown = [name for name in CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
+        shown = [name for name in palette.CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
         for place, clip in enumerate(clips):
             axes = panels[place // across * len(models) + row, place % across]
             axes.set_visible(True)
@@ -177,7 +181,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             style.threshold(axes, level, signed=shown != ["looming"], named=False)
             cell = of_model.filter(clip=clip)
             for name in shown if len(cell) else ():
-                label, colour = CHANNELS[name]
+                label, colour = palette.TITLES[name], palette.CHANNELS[name]
                 (keys[label],) = axes.plot(cell["time"], cell[f"{name}_mean"], color=colour, label=label)
                 axes.fill_between(cell["time"], cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
             if row == 0:
@@ -230,7 +234,7 @@ def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, str
     for place, (name, rows, along, by) in enumerate(parts):
         for axes, model in zip(grid[:, place], models, strict=True):
             ends[axes] = _lines(axes, rows.filter(model=model), along, by)
-            axes.axhline(0.0, color=style.INK, lw=0.4)
+            axes.axhline(0.0, color=palette.INK, lw=0.4)
             level, most = thresholds.get(model), 3.0 * max(largest[model])
             style.threshold(axes, level, named=place == 0, most=most)
             if along == "px_a_frame":
@@ -254,7 +258,9 @@ def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, str
 def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[float, float, str, str]]:
     """Draw a line of means for each level of a column; return their ends, names and colours."""
     ends, levels = [], rows.sort(by).partition_by(by)
-    for level, colour in zip(levels, style.shades(range(len(levels))).values(), strict=True):
+    tints = style.tints([level[by][0] for level in levels], by)
+    for level in levels:
+        colour = tints[level[by][0]]
         points = style.by(level.sort(along), along).agg("response")
         x, samples = points[along].to_list(), points["response"].to_list()
         style.means(axes, x, samples, colour, _level(level, by))
@@ -272,8 +278,8 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     alone = trials.filter(object="absent")
     drawn = _page(len(models), 0.32, 1.3)
     axes = drawn.subplots()
-    for kind, rows, colour, aside in (("object crosses", crossing, style.HUES[0], -0.18),
-                                      ("background alone", alone, style.HUES[1], 0.18)):  # fmt: skip
+    for kind, rows, colour, aside in (("object crosses", crossing, palette.INK, -0.18),
+                                      ("background alone", alone, palette.OTHERS[0], 0.18)):  # fmt: skip
         for (model,), of_model in style.by(rows, "model"):
             values, height = of_model["response"].to_numpy(), models.index(model) + aside
             axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=kind)
@@ -284,7 +290,7 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     axes.set_ylim(len(models) - 0.5, -0.5)
     for place, model in enumerate(models):
         if (level := thresholds.get(model)) is not None:
-            axes.plot([level] * 2, [place - 0.4, place + 0.4], color=style.INK, lw=1.2, label="threshold")
+            axes.plot([level] * 2, [place - 0.4, place + 0.4], color=palette.INK, lw=1.2, label="threshold")
     style.decades(axes, trials["response"])
     axes.set_xlabel("response")
     compared = crossing.join(alone.group_by("model").agg(most=pl.col("response").max()), on="model")

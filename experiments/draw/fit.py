@@ -8,6 +8,7 @@ import polars as pl
 from matplotlib.figure import Figure
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.draw import style
 
 
@@ -30,7 +31,7 @@ def draw(run: Any) -> Figure:
             panel.set_xlabel(f"{key} ({shares.get(key, 0.0):.0%})")
         panels[0].set_ylabel("least slack")
         panels[0].legend(fontsize=style.SMALL, frameon=False)
-        style.intervals(again, anew, anew["place"], ("value", "low", "high"), ms=4, color=style.INK)
+        style.intervals(again, anew, anew["place"], ("value", "low", "high"), ms=4, color=palette.INK)
         again.set_yticks(anew["place"], [f"no. {number}" for number in anew["number"]])
         again.set_xlim(-0.02, 1.02)
         again.set_xlabel("share that keeps every claim")

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 import polars as pl
@@ -14,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
+from experiments.base import palette
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.declare.experiment import BALANCED, PARTS, WHOLE
 from experiments.draw import findings, style
@@ -41,8 +41,9 @@ CONDITIONS = 5
 BANDS = "Lines: means; bands: their 95 % interval; T: threshold. Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
-SUMS = {"excitation": ("excitation", style.HUES[0]), "weighted_inhibition": ("inhibition", style.HUES[1])}
-HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "residue": ("leftover", style.HUES[3])}
+SUMS = {"excitation": ("excitation", palette.OTHERS[0]), "weighted_inhibition": ("inhibition", palette.OTHERS[1])}
+HS = {"hs": ("HS", palette.CHANNELS["hs"]), "hs_w_i_1": ("HS, w_i = 1", palette.INK),
+      "residue": ("leftover", palette.OTHERS[2])}  # fmt: skip
 """Columns of excitation -> their names and colours."""
 POINTS = "Dots: trials; dark: their means; both are set apart sideways."
 INTERVALS = ("Dots: trials; dark: means with 95 % intervals; both are set apart sideways. Titles compare only means"
@@ -121,7 +122,7 @@ def panels(runs: Mapping[str, Any]) -> Figure:
     with style.look():
         figure = Figure((style.WIDTH, 2.15 * math.ceil(len(first) / 2) + 0.4), layout="constrained")
         for axes, letter, (name, rows) in zip(style.grid(figure, len(first), 2), "abcd", first.items(), strict=False):
-            _points(axes, rows, COUNT)
+            _points(axes, rows, COUNT, PAPER[name])
             axes.set(xlabel=axis(PAPER[name]), ylabel=COUNT[1])
             words = finding(rows, COUNT, PAPER[name])
             style.finding(axes, f"{name.rpartition('-')[2].capitalize()}: {words}", letter)
@@ -188,29 +189,18 @@ def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> str:
     return findings.finding(noun, curves.values(), *unit(varies), things, [*curves])
 
 
-def tints(levels: Sequence[Any]) -> dict[Any, Any]:
-    """Return a colour for each level: words apart, numbers from dark to light, signed ones blue, grey and red."""
-    if isinstance(levels[0], str):
-        return style.colours(levels)
-    if min(levels) >= 0.0:
-        return style.shades(levels)
-    most, blend = max(map(abs, levels)), mpl.colormaps[style.DIVERGING]
-    return {level: blend(0.5 + math.copysign(0.2 + 0.3 * abs(level) / most, level)) if level else style.GREY
-            for level in sorted(levels)}  # fmt: skip
-
-
 # --- along what the trials vary ---------------------------------------------------------------------------------------
 
 
-def _points(axes: Axes, rows: pl.DataFrame, measure: Panel) -> None:
+def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, varies: str) -> None:
     """Draw one model's trials as dots, means and intervals against the level, a line for each other condition."""
     shown = rows.select(*measure[2])
     if shown.null_count().sum_horizontal().item() == len(rows) * len(measure[2]):
         axes.set_yticks([])
-        axes.annotate("no threshold,\nno spikes", (0.5, 0.4), xycoords="axes fraction", ha="center", color=style.GREY)
+        axes.annotate("no threshold,\nno spikes", (0.5, 0.4), xycoords="axes fraction", ha="center", color=palette.GREY)
         return
     levels = findings.curve(rows.with_columns(one=1.0), "level", "one")[0]
-    words, colours = isinstance(levels[0], str), tints(levels)
+    words, colours = isinstance(levels[0], str), style.tints(levels, varies)
     places = dict(zip(levels, range(len(levels)) if words else levels, strict=True))
     gap = min(np.diff(list(places.values())), default=1.0)
     curves = [(", ".join(filter(None, (other, name))) or column, findings.curve(of, "level", column))
@@ -219,7 +209,7 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel) -> None:
     for place, (label, (found, samples)) in enumerate(curves):
         at = [places[level] + 0.12 * gap * (place - (len(curves) - 1) / 2) for level in found]
         line = "none" if words else DASHES[place % len(DASHES)]
-        style.means(axes, at, samples, style.INK, label, line=line, marker=MARKERS[place % len(MARKERS)], gap=gap,
+        style.means(axes, at, samples, palette.INK, label, line=line, marker=MARKERS[place % len(MARKERS)], gap=gap,
                     dots=[colours[level] for level in found])  # fmt: skip
     if len(curves) > 1:
         axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0)
@@ -262,7 +252,7 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     lines = [resampled(table.filter(model=model), column, potentials.get(model, "hs")) for model in models]
     peaks = []
     for (counts, traces), model, of in zip(grid, models, lines, strict=True):
-        _points(counts, rows.filter(model=model), COUNT)
+        _points(counts, rows.filter(model=model), COUNT, varies)
         peaks.append(_traces(traces, of, varies))
         low, high = traces.dataLim.y0, traces.dataLim.y1
         style.threshold(traces, thresholds.get(model), signed=low < -0.3 * high, most=1.5 * max(high, -low))
@@ -298,7 +288,7 @@ def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
 
 def _traces(axes: Axes, lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
     """Draw the mean of the trials of each condition, and their range; return peak, name and colour of each level."""
-    colours = tints(list(dict.fromkeys(level for level, _ in lines))) if lines else {}
+    colours = style.tints((level for level, _ in lines), varies) if lines else {}
     others = list(dict.fromkeys(other for _, other in lines))
     peaks: dict[Any, tuple[float, str, Any]] = {}
     for (level, other), (grid, values) in lines.items():
@@ -322,7 +312,7 @@ def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
     figure, grid = _grid(models, [measure[1] for measure in measures], found)
     for panels, model in zip(grid, models, strict=True):
         for axes, measure in zip(panels, measures, strict=True):
-            _points(axes, rows.filter(model=model), measure)
+            _points(axes, rows.filter(model=model), measure, varies)
     for axes in grid[-1]:
         axes.set_xlabel(axis(varies))
     _caption(figure, title, rows, varies)

@@ -20,6 +20,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
+from experiments.base import palette
 from experiments.base.files import NAME, replacing
 from experiments.judge.tests import summarise, written
 from experiments.settings.parameters import in_words
@@ -45,12 +46,6 @@ LOOK: dict[Any, Any] = {
     "svg.hashsalt": "colias-sim",  # equal tables, equal bytes
     "svg.fonttype": "none",
 }
-INK, GREY = "#222222", "#5f5f5f"
-HUES = ("#1f3f94", "#dd7a00", "#7b1050", "#2a8fd0", "#0b5226", "#e0559a", "#5a3208", "#4f9e2f")
-"""Colours of things without an order. Dark and light take turns, so neighbours differ in grey too, and all have a
-contrast of at least 3:1 on white."""
-DIVERGING = "RdBu_r"
-"""Colour map of signed quantities: red is right or down."""
 DPI = 200.0
 """Dots per inch of a PNG."""
 MOST_NAMED = 8
@@ -67,16 +62,23 @@ def look() -> Iterator[None]:
         yield
 
 
-def colours(names: Iterable[str]) -> dict[str, str]:
-    """Return a colour for each name, in turn; with more than eight names, panels have to tell them apart."""
-    return {name: HUES[place % len(HUES)] for place, name in enumerate(dict.fromkeys(names))}
+def tints(levels: Iterable[Any], column: str = "") -> dict[Any, str]:
+    """Return a colour for each level of a column: speeds, distances and angles have one palette each in all figures.
 
-
-def shades(levels: Iterable[float]) -> dict[float, str]:
-    """Return a colour for each level of a quantity, from dark for the lowest to light for the highest."""
-    ordered = sorted(set(levels))
-    places = np.linspace(0.0, 0.78, max(len(ordered), 2))
-    return {level: to_hex(mpl.colormaps["viridis"](place)) for level, place in zip(ordered, places, strict=False)}
+    Numbers go from dark for the smallest to light for the largest; signed ones are brown, grey and teal. Words are
+    things without an order.
+    """
+    known = list(dict.fromkeys(levels))
+    if isinstance(known[0], str):
+        return palette.of_others(known)
+    most = max(map(abs, known))
+    if "angle" in column or min(known) < 0.0 < max(known):
+        blend = mpl.colormaps[palette.SIGNED]
+        return {level: to_hex(blend(0.5 + math.copysign(0.2 + 0.3 * abs(level) / most, level))) if level else
+                palette.GREY for level in sorted(known)}  # fmt: skip
+    name, low, high = next(ramp for quantity, ramp in palette.RAMPS.items() if quantity in column)
+    places = mpl.colormaps[name](np.linspace(low, high, max(len(known), 2)))
+    return dict(zip(sorted(known, key=abs), map(to_hex, places), strict=False))
 
 
 def wrapped(text: str, inches: float, points: float = BODY) -> str:
@@ -103,7 +105,7 @@ def headline(figure: Figure | SubFigure, *findings: str, letter: str = "") -> No
 def caption(figure: Figure, text: str) -> None:
     """Write below a figure what was run, n, and what the symbols mean."""
     words = wrapped(text, figure.get_size_inches()[0], SMALL)
-    figure.supxlabel(words, x=0.01, ha="left", fontsize=SMALL, color=GREY)
+    figure.supxlabel(words, x=0.01, ha="left", fontsize=SMALL, color=palette.GREY)
 
 
 def levels(table: pl.DataFrame, column: str) -> list[Any]:
@@ -199,10 +201,10 @@ def threshold(
     if level is None:
         return
     for sign in () if level > most else (1, -1) if signed else (1,):
-        axes.axhline(sign * level, color=GREY, ls="--", lw=0.8, zorder=1)
+        axes.axhline(sign * level, color=palette.THRESHOLD, ls="--", lw=0.8, zorder=1)
     text, place, unit = (" is above", 1.0, "axes fraction") if level > most else ("", level, "data")
     axes.annotate(f"T = {level:.3g}{text}" if named else "", (0.0, place), (2.0, -2.0), ("axes fraction", unit),
-                  "offset points", va="top", fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO,
+                  "offset points", va="top", fontsize=SMALL, color=palette.GREY, zorder=4, path_effects=HALO,
                   in_layout=False)  # fmt: skip
 
 

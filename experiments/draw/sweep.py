@@ -13,12 +13,14 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.declare.study import TOGETHER
 from experiments.draw import style
 from experiments.judge.count import count_of
 from experiments.settings.grid import values_of
 
-SHARES = LinearSegmentedColormap.from_list("held", (style.HUES[1], "#f4f1ea", style.HUES[0]))
+_HELD, _FAILED = (palette.VERDICTS[state][0] for state in ("holds", "fails"))
+SHARES = LinearSegmentedColormap.from_list("held", (_FAILED, "#ffffff", _HELD))
 """Share of the replicates in which a claim holds, 0 to 1."""
 MEASURE = pl.col("what").str.split(":").list.first()
 """Name of a measure without its condition."""
@@ -116,7 +118,7 @@ def _panels(sweep: Described, cells: pl.DataFrame) -> Figure:
             panel.set_yticks(range(len(up)), up)
         else:
             style.intervals(panel, table, table["x"], ("value", "low", "high"), along="y", fmt="o-", ms=3.5,
-                            capsize=2, color=style.INK)  # fmt: skip
+                            capsize=2, color=palette.INK)  # fmt: skip
             panel.set_ylabel("share of replicates" if table["judged"][0] else "")
         title = ", ".join(filter(None, (titles.get(what, what), model)))
         panel.set_title(style.wrapped(title, inches, style.SMALL), fontsize=style.SMALL)
@@ -131,10 +133,10 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
     """Draw cells at their ``x`` and ``y``, of (rows, columns), and the texts of claims."""
     cells = np.full(size, np.nan)
     cells[table["y"].to_numpy(), table["x"].to_numpy()] = table["value"].cast(float).to_numpy()
-    panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
+    panel.patch.set(facecolor=palette.WHITE, edgecolor=palette.VERDICTS["unjudged"][1], hatch="////", lw=0.0)
     if not table["judged"][0]:
         least, most = table.select("least", "most").row(0)  # one scale for all panels of a measure
-        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="viridis", vmin=least, vmax=most)
+        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="Greys", vmin=least, vmax=most)
         panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
         return
     panel.imshow(cells, origin="lower", aspect="auto", cmap=SHARES, vmin=0.0, vmax=1.0)

@@ -7,18 +7,23 @@ from typing import Any
 
 from rich.text import Text
 
+from experiments.base import palette
 from experiments.base.console import out_console
-from experiments.judge.count import State
+from experiments.judge.count import Count
 from experiments.judge.verdict import Verdict
 from experiments.store.tables import PEAKS
 
-VERDICT_COLOURS: Mapping[State, str] = {
-    "holds": "green",
-    "fails": "red",
-    "sometimes": "yellow",
-    "counted": "cyan",
-    "unjudged": "yellow",
-}
+SIGNS: Mapping[str, str] = {
+    "holds": "\N{CHECK MARK}", "sometimes": "~", "fails": "\N{MULTIPLICATION X}", "unjudged": "\N{EN DASH}",
+}  # fmt: skip
+"""State of a verdict, as colours have it -> the sign that stands before it: colour alone tells no verdict."""
+
+
+def seen_as(count: Count) -> str:
+    """Return the state whose sign and colour a count has: without a word, whether it held in all, some or none."""
+    if count.state != "counted":
+        return count.state
+    return "sometimes" if count.holds and count.fails else "holds" if count.holds else "fails"
 
 
 def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenance: str = "") -> None:
@@ -43,7 +48,8 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
         sentence = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}"
         if verdict.equal is not None and verdict.outcome.equal is not None:
             sentence += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
-        label = Text(counted.sentence(), VERDICT_COLOURS[counted.state])
+        state = seen_as(counted)
+        label = Text(f"{SIGNS[state]} {counted.sentence()}", palette.VERDICTS[state][2])
         out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {sentence}"))
     for least in sorted(set(skipped.values())):
         names, option = ", ".join(name for name in skipped if skipped[name] == least), f" (--repeats {least})"

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.draw import style
 from experiments.judge import curves
 
@@ -86,7 +87,7 @@ def draw(points: pl.DataFrame, along: Sequence[str], changed: Row) -> Figure:
         for axes in panels[-across:]:
             axes.set_xlabel(style.wrapped(x, inches))
         if y:
-            scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
+            scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), palette.SIGNED)
             figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
         figure.supylabel(y[0] if y else "" if approach else "response", fontsize=style.BODY)
         style.caption(figure, f"{shown}{style.in_title(changed)}. {symbols}")
@@ -97,7 +98,7 @@ def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
     """Draw a column of each line of points against x; label the lines in the first panel of a figure."""
     places = own["x"].unique().sort().to_list()
     ends: list[tuple[float, float, str, str]] = []
-    for line, tint in style.colours(own["line"]).items():
+    for line, tint in {**palette.of_others(own["line"]), **dict(palette.CHANNELS)}.items():
         part = own.filter(pl.col("line") == line).drop_nulls(column)
         if len(part):
             wider = 1.2 * (own["line"].n_unique() - len(ends))  # than the lines above it, which may lie on it
@@ -107,7 +108,7 @@ def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
         axes.set_xscale("log")
     style.plain_numbers(axes, places[:: math.ceil(len(places) / 4)])
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    axes.axhline(0.0, color=style.GREY, lw=0.5)
+    axes.axhline(0.0, color=palette.GREY, lw=0.5)
     if own["line"].n_unique() > 1 and axes is axes.figure.axes[0]:
         style.label_ends(axes, ends)
 
@@ -116,7 +117,7 @@ def _map(axes: Axes, own: pl.DataFrame) -> None:
     """Draw a map of responses."""
     places, rates, responses = curves.grid(own)
     largest = max(np.nanmax(np.abs(responses)), curves.NOTHING)
-    axes.imshow(responses / largest, origin="lower", aspect="auto", cmap=style.DIVERGING, vmin=-1, vmax=1)
+    axes.imshow(responses / largest, origin="lower", aspect="auto", cmap=palette.SIGNED, vmin=-1, vmax=1)
     axes.set_xticks(range(0, len(places), 2), [f"1/{1 / place:.0f}" for place in places[::2]])
     axes.set_yticks(range(0, len(rates), 3), [f"{rate:g}" for rate in rates[::3]])
 

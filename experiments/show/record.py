@@ -38,7 +38,8 @@ from colias_sim.obstacles import Obstacle
 from colias_sim.shapes import robot_shapes
 from dsnn import ResponseSeries
 from dsnn.model import SPIKING
-from experiments.base.palette import HUES, colours
+from experiments.base import palette
+from experiments.base.palette import Colour, rgb
 from experiments.settings.models import ConfiguredModel
 from scenes import ARENA_RADIUS_CM, WALL_HEIGHT_CM
 
@@ -48,17 +49,12 @@ END = b"RRF2FOOT"
 BLOB = pa.list_(pa.field("item", pa.uint8(), nullable=False))
 TIMELINE = "time"
 CAMERA, IMAGE = "world/observer/camera", "image"
-Colour = tuple[int, int, int]
 Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
 Outlines = tuple[tuple[float, tuple[tuple[float, float], ...]], ...]
-ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
-"""Colours of pixels that became brighter, became darker, and did not change."""
-GREY: Colour = (140, 140, 140)
+GREY: Colour = rgb(palette.THRESHOLD)
 LINE_WIDTH = 1.5
 """Points of the screen."""
-SHADES = {"hs": 255, "vs": 255, "looming": 0}
-"""Channel -> the grey that lightens (VS) or darkens (looming) its line, where another has the model's colour."""
 LAYERS = {"p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"}
 MOST_LANES = 4
 """Models below each other; more stand in columns."""
@@ -270,9 +266,9 @@ def fixed(entity: str, *archetypes: rr.AsComponents, when: Sequence[rr.TimeColum
 @lru_cache(maxsize=8)
 def static(content: Content) -> tuple[Chunk, ...]:
     """Return what stays: looks of robots, arena and series, and the lens."""
-    chunks = [chunk for model in content.models for chunk in _looks_of_series(model, content.models)]
+    chunks = [chunk for model in content.models for chunk in _looks_of_series(model)]
     for entity, names, _ in content.plots:
-        hues = [rgb(HUES[(1 - 3 * place) % len(HUES)]) for place in range(len(names))]
+        hues = [rgb(tint) for tint in palette.of_others(names).values()]
         chunks.append(fixed(entity, rr.SeriesLines(names=names, colors=hues, widths=[LINE_WIDTH] * len(names))))
     for name, tints in content.maps:
         look = rr.AnnotationContext([rr.AnnotationInfo(id=grey, color=tint) for grey, tint in enumerate(tints)])
@@ -291,21 +287,23 @@ def static(content: Content) -> tuple[Chunk, ...]:
     return tuple(chunks)
 
 
-def _looks_of_series(model: RecordedModel, models: Sequence[RecordedModel]) -> list[Chunk]:
-    """Return a model's series as they look: the colour of the figures for its first channel, shades for the others."""
-    tint, root, chunks = rgb(colours(other.label for other in models)[model.label]), model_entity(model.label), []
-    for place, channel in enumerate(model.spiking):
-        tone = tint if place == 0 else mixed(tint, (SHADES[channel],) * 3, 0.45)
-        title = channel_title(channel)
+def _looks_of_series(model: RecordedModel) -> list[Chunk]:
+    """Return a model's series as they look: a channel has its hue in every model."""
+    root, chunks = model_entity(model.label), []
+    for channel in model.spiking:
+        tone, title = rgb(palette.CHANNELS[channel]), palette.TITLES[channel]
         chunks.append(fixed(f"{root}/{channel}", rr.SeriesLines(colors=tone, names=title, widths=LINE_WIDTH)))
         spikes = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, interpolation_mode="StepMid")
         chunks.append(fixed(f"{root}/spikes/{channel}", spikes))
     if "azimuth" in model.channels:
-        chunks.append(fixed(f"{root}/azimuth", rr.SeriesLines(colors=tint, names="azimuth", widths=LINE_WIDTH)))
+        look = rr.SeriesLines(colors=rgb(palette.INK), names="azimuth", widths=LINE_WIDTH)
+        chunks.append(fixed(f"{root}/azimuth", look))
     if levels := model.levels():
-        names = [f"threshold {level:g} ({', '.join(map(channel_title, owners))})" for level, owners in levels.items()]
-        pale = mixed(tint, (255, 255, 255), 0.35)
-        look = rr.SeriesLines(colors=[pale] * len(levels), names=names, widths=[1.0] * len(levels))
+        names = [
+            f"threshold {level:g} ({', '.join(palette.TITLES[owner] for owner in owners)})"
+            for level, owners in levels.items()
+        ]
+        look = rr.SeriesLines(colors=[GREY] * len(levels), names=names, widths=[1.0] * len(levels))
         chunks.append(fixed(f"{root}/threshold", look))
     return chunks
 
@@ -516,17 +514,8 @@ def model_entity(label: str) -> str:
     return f"models/{rr.escape_entity_path_part(label)}"
 
 
-def channel_title(channel: str) -> str:
-    """Return how plots name a channel."""
-    return channel.upper() if channel in ("hs", "vs") else channel
-
-
-def rgb(colour: str) -> Colour:
-    """Return ``#rrggbb`` as three numbers from 0 to 255."""
-    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
-
-
-def mixed(colour: Colour, other: Colour, share: float) -> Colour:
-    """Return a colour with a ``share`` of another in it."""
-    red, green, blue = (round((1 - share) * part + share * more) for part, more in zip(colour, other, strict=True))
-    return red, green, blue
+def lane_title(model: str, channels: Iterable[str], levels: Iterable[float]) -> str:
+    """Return the heading of a model's lane: which hue is which potential, its thresholds, and what strokes are."""
+    hues = [f"{palette.TITLES[channel]} {palette.HUES[channel]}" for channel in channels]
+    limits = ", ".join(f"{level:g}" for level in sorted({abs(level) for level in levels}))
+    return ", ".join([f"{model}: {hues[0]}" if hues else model, *hues[1:], *[f"T = {limits} grey"] * bool(limits)])

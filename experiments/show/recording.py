@@ -12,10 +12,12 @@ import numpy as np
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import MAP_SCALES
+from experiments.base import palette
+from experiments.base.palette import Colour
 from experiments.show import record as rerun
 from experiments.show.course import obstacles
 from experiments.show.play import Showing
-from experiments.show.record import Colour, Content, Frames, RecordedModel
+from experiments.show.record import Content, Frames, RecordedModel
 from experiments.show.robot import RobotTrial, scene_of
 from scenes import ARENAS
 
@@ -96,12 +98,11 @@ def _exposure(eye: str) -> str:
 
 @lru_cache
 def map_colours(name: str) -> tuple[Colour, ...]:
-    """Return the colours of a layer's 256 values: warm where it became brighter, cool where darker, else dark."""
+    """Return the colours of a layer's 256 values: what became brighter, what became darker, else dark."""
     gain, zero = MAP_SCALES[name]
     clipped = max(zero, 0.0)  # the values below are noise
     strength = [(value - clipped) / (gain * MAP_FULL[name]) for value in range(256)]
     if name == "f_off":
         strength = [-share for share in strength]
-    return tuple(
-        rerun.mixed(rerun.STILL, rerun.ON if share > 0 else rerun.OFF, min(abs(share), 1.0)) for share in strength
-    )
+    still, darker, brighter = map(palette.rgb, (palette.STILL, palette.DARKER, palette.BRIGHTER))
+    return tuple(palette.mixed(still, brighter if share > 0 else darker, min(abs(share), 1.0)) for share in strength)

@@ -7,10 +7,9 @@ import re
 import numpy as np
 import polars as pl
 import pytest
-from matplotlib.colors import to_rgb
 from scipy import stats
 
-from experiments.draw import findings, robot
+from experiments.draw import findings, robot, style
 from experiments.judge.tests import summarise
 from experiments.show.excitation import BALANCED, CURVES, MOTION, PARTS, WHOLE
 from tests.helpers.figure_rows import SPEEDS, bearings, drawn_robot, potential, robot_frames, robot_rows, threshold
@@ -134,7 +133,7 @@ def test_dots_are_the_trials_at_their_levels_and_lines_the_means_of_each_other_c
             assert list(line.get_ydata()) == pytest.approx([np.mean(values) for _, values in of])
             assert all(f"{name}".removesuffix(".0") in line.get_label() for name in other)
         dots = [line for line in axes.lines if line.get_label().startswith("_") and line.get_marker() == "o"]
-        expected, tints = list(itertools.chain(*curves.values())), robot.tints(sorted(places, key=places.get))
+        expected, tints = list(itertools.chain(*curves.values())), style.tints(sorted(places, key=places.get), varies)
         assert [(nearest(dot.get_xdata(), places), list(dot.get_ydata())) for dot in dots] == expected
         assert [dot.get_color() for dot in dots] == [tints[level] for level, _ in expected]
         whiskers = [tuple(line.get_ydata()) for line in axes.lines if line.get_marker() == "None"]
@@ -232,11 +231,3 @@ def test_the_paper_s_panels_show_the_first_model_of_its_four_experiments():
             (line,) = (line for line in axes.lines if line.get_label() == "spikes")
             assert [*line.get_xdata()] == [*levels] and [*line.get_ydata()] == [*map(np.mean, levels.values())]
             assert axes.get_xlabel() == findings.axis(column) and name.split("-")[-1] in axes.get_title("left").lower()
-
-
-@pytest.mark.parametrize("levels", [(-30.0, -15.0, 0.0, 15.0, 30.0), (-5.0, 2.5)])
-def test_signed_levels_diverge_blue_to_the_left_and_red_to_the_right(levels):
-    tints = {level: to_rgb(tint[:3] if level else tint) for level, tint in robot.tints(levels).items()}
-    for level, (red, _, blue) in tints.items():
-        assert np.sign(red - blue) == np.sign(level)
-    assert len(set(tints.values())) == len(levels)

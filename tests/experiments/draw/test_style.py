@@ -1,37 +1,21 @@
 """The style of figures: colours apart in grey, means and intervals of the data, labels clear of each other, bytes."""
 
-from itertools import pairwise
-
 import numpy as np
 import polars as pl
 import pytest
 from matplotlib.figure import Figure
 
-from experiments.base.palette import WHITE
+from experiments.base import palette
 from experiments.draw import style
 from experiments.judge.tests import summarise
-from tests.experiments.base.test_palette import LEAST_CONTRAST, contrast
 
 RENDERED = True
-
-
-def test_neighbours_differ_in_grey_and_every_colour_is_seen_on_white():
-    tints = list(style.colours("abcdefghi").values())
-    assert all(contrast(one, other) > 2.0 for one, other in pairwise(tints))
-    assert all(contrast(tint, WHITE) >= LEAST_CONTRAST for tint in tints)
-
-
-@pytest.mark.parametrize("count", [1, 2, 5, 9])
-def test_shades_rise_with_the_level(count):
-    tints = style.shades(np.random.default_rng(0).permutation(count))
-    darkness = [contrast(tints[level], WHITE) for level in range(count)]
-    assert darkness == sorted(darkness, reverse=True) and len(set(darkness)) == count
 
 
 def test_means_intervals_and_trials_are_those_of_the_values():
     samples = [[3.0], [1.0, 2.0], [4.0, 5.0, 9.0]]
     axes = Figure().subplots()
-    style.means(axes, [1.0, 2.0, 3.0], samples, style.INK, "dsnn")
+    style.means(axes, [1.0, 2.0, 3.0], samples, palette.INK, "dsnn")
     (line,) = (line for line in axes.lines if line.get_label() == "dsnn")
     assert list(line.get_ydata()) == [3.0, 1.5, 6.0]
     dots = [list(line.get_ydata()) for line in axes.lines if line.get_markerfacecolor() == "none"]
@@ -54,7 +38,7 @@ def test_labels_of_lines_that_end_together_do_not_collide(tmp_path):
     figure = Figure(figsize=(4.0, 3.0), layout="constrained")
     axes = figure.subplots()
     axes.set(xlim=(0, 1), ylim=(0, 1))
-    style.label_ends(axes, [(1.0, y, str(y), style.INK) for y in (0.5, 0.51, 0.1, 0.52)])
+    style.label_ends(axes, [(1.0, y, str(y), palette.INK) for y in (0.5, 0.51, 0.1, 0.52)])
     style.save(figure, tmp_path / "labels")
     placed = sorted(axes.texts, key=lambda text: text.get_window_extent().y0)
     assert [text.get_text() for text in placed] == ["0.1", "0.5", "0.51", "0.52"], "in the order of the lines"

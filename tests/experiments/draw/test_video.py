@@ -13,13 +13,13 @@ from matplotlib.patches import Circle
 
 from experiments.base.errors import UsageError
 from experiments.base.files import part
+from experiments.base.palette import BRIGHTER, CHANNELS, DARKER, STILL, rgb
 from experiments.cli import main
 from experiments.draw import video
 from experiments.draw.video import Canvas, Reel, changes, film_times, make, moments, strip
 from experiments.kinds.episodes import load_behaviour
 from experiments.show.episodes import play
 from experiments.show.episodes import record as record_episode
-from experiments.show.record import OFF, ON, STILL
 from experiments.store.recordings import pictures_of
 from tests.experiments.show.test_record import CONTENT, written
 from tests.experiments.show.test_trial import spec
@@ -115,9 +115,9 @@ def test_a_lane_has_its_own_model_s_potentials_thresholds_spikes_and_moments(tri
     ).tolist()
     for model, lane in canvas.lanes.items():
         assert lane.get_title("left").startswith(f"{model}:")
-        series = {line.get_linestyle(): line.get_xydata() for line in lane.lines if len(line.get_xdata()) > 2}
-        for style, name in (("-", "hs"), (":", "vs")):
-            np.testing.assert_array_equal(series[style], reel.values[model][name].T)
+        series = {line.get_color(): line.get_xydata() for line in lane.lines if len(line.get_xdata()) > 2}
+        for name in ("hs", "vs"):
+            np.testing.assert_array_equal(series[CHANNELS[name]], reel.values[model][name].T)
         levels = {line.get_ydata()[0] for line in lane.lines if [*line.get_xdata()] == [0, 1]}
         assert levels == {0.0, *reel.levels[model]}
         assert [line.get_xdata()[0] for line in lane.lines if [*line.get_ydata()] == [0, 1]] == moments
@@ -127,13 +127,14 @@ def test_a_lane_has_its_own_model_s_potentials_thresholds_spikes_and_moments(tri
         assert none == 0 < one == pytest.approx(back) and three > 1.5 * one
 
 
-def test_what_changed_is_warm_where_it_became_brighter_and_cool_where_darker():
+def test_what_became_brighter_and_what_became_darker_have_a_colour_each():
     """A bar that moves to the right by a column: brighter where it left, darker where it came to."""
     dark = np.full((2, 4, 6), 200, np.uint8)
     dark[0, :, 2:4], dark[1, :, 3:5] = 20, 20
     (_, first), (_, second) = changes(iter([(0.0, dark[0]), (0.1, dark[1])]))
-    assert (first == STILL).all(), "before the second picture nothing has changed"
-    np.testing.assert_array_equal(second[0], [STILL, STILL, ON, STILL, OFF, STILL])
+    still, brighter, darker = map(rgb, (STILL, BRIGHTER, DARKER))
+    assert (first == still).all(), "before the second picture nothing has changed"
+    np.testing.assert_array_equal(second[0], [still, still, brighter, still, darker, still])
 
 
 def test_the_picture_shown_is_the_last_one_that_was_taken(trial, monkeypatch):

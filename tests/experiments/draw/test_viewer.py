@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 import experiments
-from experiments.base.palette import colours
+from experiments.base.palette import BRIGHTER, CHANNELS, DARKER, rgb
 from experiments.cli import main
 from experiments.draw import viewer
 from experiments.settings.models import choose
-from experiments.show.record import OFF, ON, rgb
 from tests.experiments.show.test_trial import spec
 from tests.helpers.played import Played
 from tests.helpers.processes import CLI, members, start, wait_until
@@ -61,7 +60,7 @@ def decoded(content: bytes) -> np.ndarray:
 
 @pytest.mark.skipif(not DRIVERS, reason="no Vulkan: on Debian run 'apt-get install mesa-vulkan-drivers'")
 @pytest.mark.parametrize("kind", [trial, watched, episode])
-def test_the_first_screen_has_every_view_and_traces_in_the_models_colours(kind, tmp_path, monkeypatch):
+def test_the_first_screen_has_every_view_and_traces_in_their_hues(kind, tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     shown, paint = set(), viewer._painted
 
@@ -79,8 +78,9 @@ def test_the_first_screen_has_every_view_and_traces_in_the_models_colours(kind, 
     assert main.command(["view", str(path), "--screenshot", str(tmp_path / "screen.png")]) == 0
     assert shown == others | {f"/models/{model}{part}" for model, parts in models.items() for part in parts}
     screen = decoded((tmp_path / "screen.png").read_bytes())
-    least = {rgb(tint): screen.shape[1] / 3 for tint in colours(models).values()}  # a trace crosses its lane
-    for colour, count in {**least, **(dict.fromkeys((ON, OFF), 20) if kind is trial else {})}.items():
+    least = {rgb(CHANNELS["hs"]): screen.shape[1] / 3}  # a trace crosses its lane
+    changed = dict.fromkeys(map(rgb, (BRIGHTER, DARKER)), 20) if kind is trial else {}
+    for colour, count in {**least, **changed}.items():
         assert (np.abs(screen - colour).sum(axis=2) <= NEAR).sum() > count, colour
 
 
