@@ -20,15 +20,14 @@ from experiments.draw import scoreboard, style
 from experiments.judge.scores import summary as summarise
 from scenes import ARENA_RADIUS_CM
 
-ACROSS, MOST_ACROSS = 4, 6
-"""Paths side by side, and the most where they would not fit on a page."""
+ACROSS = 5
+"""Paths side by side."""
+MORE_IS_BETTER = ("time on target", "optomotor gain", FREE_DISTANCE, RETURN)
+"""Measures of which more is better; of the others less is."""
 ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
 """Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
-SYMBOLS = "Large dots and bars: values with 95 % intervals; strokes: single episodes."
-WAYS = (
-    "Paths from above (cm), the first episode's in bold: circle, start; cross, end by a collision. Every episode has"
-    " another world, equal for all behaviours."
-)
+SYMBOLS = "Dots: values, 95 % intervals; strokes: episodes; arrows: better."
+WAYS = "Paths from above (cm), the first in bold: circle, start; cross, end by a collision."
 
 
 def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
@@ -44,9 +43,7 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
     env = ENVS[trials["env"][0]]
     summary = summarise(trials, trials["env"][0], "")
     names = summary["behaviour"].unique(maintain_order=True).to_list()
-    across = ACROSS if len(names) <= 2 * ACROSS else MOST_ACROSS
-    down = math.ceil(len(names) / across) if env.draws_paths else 0
-    low = down * style.WIDTH / across
+    low = (math.ceil(len(names) / ACROSS) if env.draws_paths else 0) * style.WIDTH / ACROSS
     high = AROUND + len(names) * min(ROW, max(LEAST_ROW, (style.PAGE - low - AROUND) / len(names)))
     with style.look():
         figure = Figure((style.WIDTH, min(high + low, style.PAGE)), layout="constrained")
@@ -54,12 +51,12 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
         if env.draws_paths:
             parts: Any = figure.subfigures(2, 1, height_ratios=[high, low])
             above, below = parts
-            for axes, name in zip(style.grid(below, len(names), across, sharex=True, sharey=True), names, strict=True):
-                axes.set_title(style.wrapped(name, style.WIDTH / across - 0.2), fontsize=style.SMALL)
+            for axes, name in zip(style.grid(below, len(names), ACROSS, sharex=True, sharey=True), names, strict=True):
+                axes.set_title(style.wrapped(name, style.WIDTH / ACROSS - 0.2), fontsize=style.SMALL)
                 _ways(axes, trials.filter(model=name), frames)
         _measures(above, summary, trials)
         style.headline(above, finding(summary))
-        style.caption(figure, " ".join(filter(None, [caption, SYMBOLS, env.note, WAYS if env.draws_paths else ""])))
+        style.caption(figure, caption, SYMBOLS, WAYS if env.draws_paths else "", env.note)
     return figure
 
 
@@ -88,7 +85,8 @@ def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame) -> None:
     columns = {**env.measures, **dict.fromkeys(rates), RETURN: "reward"}
     panels = part.subplots(1, len(columns), squeeze=False, sharey=True)[0]
     for axes, (measure, column) in zip(panels, columns.items(), strict=True):
-        axes.set_title(style.wrapped(measure, style.WIDTH / len(columns) - 0.5), fontsize=style.BODY)
+        arrow = "\N{RIGHTWARDS ARROW}" if measure in MORE_IS_BETTER else "\N{LEFTWARDS ARROW}"
+        axes.set_title(style.wrapped(f"{measure} {arrow}", style.WIDTH / len(columns) - 0.5), fontsize=style.BODY)
         if column:
             for model, value in trials.select("model", column).drop_nulls().iter_rows():
                 axes.plot(value, names.index(model), "|", color=palette.GREY, alpha=0.5, ms=7.0, mew=0.6)

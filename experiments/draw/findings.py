@@ -120,6 +120,16 @@ def finding(
     return ", ".join([f"{noun} {common} in {so} of {len(orders)} {things}", *more])
 
 
+def shared(noun: str, curves: Iterable[Curve], along: str, of: str = "") -> str:
+    """Return a title: the `order` that all curves have; a plain label where they disagree, or it is too long."""
+    known = [one for one in curves if one[0]]
+    most = max((len(levels) for levels, _ in known), default=0)
+    orders = {order(levels, samples, along, of) for levels, samples in known if len(levels) > 1 or most == 1}
+    plain, known_order = f"{noun} by {along}", orders.pop() if len(orders) == 1 else f"by {along}"
+    terse = f"{noun}: {known_order.removeprefix('is ').replace(' and ', ', ')}"
+    return style.title(f"{noun} {known_order}", style.title(terse, plain))
+
+
 def drawn_of(noun: str, along: str, n: int) -> str:
     """Name what is drawn along an axis where n, one or two trials of each condition, carries no finding."""
     return f"{noun} by {along}, {'one trial' if n == 1 else 'two trials'} each"

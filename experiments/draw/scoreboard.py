@@ -30,7 +30,7 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
     table
         As of `show`, with the columns ``NAME_n`` too.
     labels
-        Measure -> its words; the axes of those in µs are logarithmic, and of those without a unit end at 1.
+        Measure -> its words; the axes of those that say so are logarithmic, and of those without a unit end at 1.
     chance
         Beginning of a measure -> what guessing gets.
     title, note
@@ -50,7 +50,7 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
             style.intervals(axes, rows, rows["row"].to_numpy(), (name, f"{name}_low", f"{name}_high"), ms=3.5,
                             color=palette.INK, elinewidth=1.2, zorder=2, clip_on=False)  # fmt: skip
             axes.set_title(style.wrapped(f"{letter}  {labels[name]}", style.WIDTH / across - 0.4))
-            if "µs" in labels[name]:
+            if "logarithmic" in labels[name]:
                 axes.set_xscale("log")
                 style.plain_numbers(axes, axes.dataLim.intervalx)
             else:
@@ -64,7 +64,8 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
         panels[0].set_yticks(range(table.height), table["model"])
         panels[0].set_ylim(table.height - 0.5, -0.5)
         style.headline(figure, title)
-        style.caption(figure, f"{note} Blank: does not apply, or no response. Dotted: chance. n: {', '.join(numbers)}.")
+        symbols = "Blank: does not apply, or no response. Dotted: chance."
+        style.caption(figure, note, symbols, f"n: {', '.join(numbers)}.")
     return figure
 
 

@@ -10,7 +10,7 @@ import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -48,6 +48,8 @@ LOOK: dict[Any, Any] = {
 }
 DPI = 200.0
 """Dots per inch of a PNG."""
+MOST_WORDS, CAPTION_LINES = 12, 2
+"""Words of a title, and lines of a caption."""
 MOST_NAMED = 8
 """Parameters that a title names."""
 HALO = (withStroke(linewidth=2.0, foreground="white"),)
@@ -88,24 +90,47 @@ def wrapped(text: str, inches: float, points: float = BODY) -> str:
     return "\n".join(lines).replace("\x1f ", "").replace("\x1f", "")
 
 
-def finding(axes: Axes, text: str, letter: str = "") -> None:
-    """Write the finding of a panel above it, after the panel's letter."""
+def title(finding: str, plain: str) -> str:
+    """Return a finding as a title, or the plain label where it has more than `MOST_WORDS`."""
+    return sentence(finding if len(finding.split()) <= MOST_WORDS else plain)
+
+
+def finding(axes: Axes, text: str, letter: str = "", label: str = "") -> None:
+    """Write the finding of a panel above it, after the panel's letter; below it what its vertical axis is."""
     inches = axes.bbox.width / axes.figure.dpi
-    axes.set_title(wrapped(f"{letter}  {text}" if letter else text, inches, TITLE), fontsize=TITLE, fontweight="bold")
+    axes.set_title(wrapped(f"{letter}  {text}" if letter else text, inches, TITLE), fontsize=TITLE, fontweight="bold",
+                   pad=16.0 if label else None)  # fmt: skip
+    axes.annotate(label, (0.0, 1.0), (0.0, 4.0), "axes fraction", "offset points", fontsize=SMALL, color=palette.GREY)
 
 
-def headline(figure: Figure | SubFigure, *findings: str, letter: str = "") -> None:
-    """Write the finding of a figure, or of a part of one, at its upper left; several from a letter on, a line each."""
+def headline(figure: Figure | SubFigure, text: str) -> None:
+    """Write the finding of a figure, or of a part of one, at its upper left."""
     inches = figure.bbox.width / figure.figure.dpi
-    texts = [f"{chr(ord(letter) + place)}  {text}" if letter else text for place, text in enumerate(findings)]
-    lines = "\n".join(wrapped(text, inches, TITLE) for text in texts)
-    figure.suptitle(lines, x=0.01, ha="left", fontsize=TITLE, fontweight="bold")
+    figure.suptitle(wrapped(text, inches, TITLE), x=0.01, ha="left", fontsize=TITLE, fontweight="bold")
 
 
-def caption(figure: Figure, text: str) -> None:
-    """Write below a figure what was run, n, and what the symbols mean."""
-    words = wrapped(text, figure.get_size_inches()[0], SMALL)
-    figure.supxlabel(words, x=0.01, ha="left", fontsize=SMALL, color=palette.GREY)
+def caption(figure: Figure, text: str, *more: str) -> None:
+    """Write below a figure what was run and n; of what symbols mean and how means go, as much as two lines hold."""
+    inches, narrow = figure.get_size_inches()[0], 0.86 * SMALL  # long texts have many narrow letters
+    for further in filter(None, more):
+        longer = f"{text} {further}"
+        text = longer if wrapped(longer, inches, narrow).count("\n") < CAPTION_LINES else text
+    figure.supxlabel(wrapped(text, inches, narrow), x=0.01, ha="left", fontsize=SMALL, color=palette.GREY)
+
+
+def legend(figure: Figure, panels: Iterable[Axes]) -> None:
+    """Draw the one legend of a figure above its panels: of every label that several curves of a panel need."""
+    found: dict[Any, Any] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        found |= dict(zip(labels, handles, strict=True)) if len(labels) > 1 else {}
+    above = len(figure.get_suptitle()) < 55  # there is room beside it
+    place: Literal["outside upper right", "outside right upper"] = (
+        "outside upper right" if above else "outside right upper"
+    )
+    if found:
+        figure.legend(found.values(), found, loc=place, frameon=False,
+                      ncols=len(found) if above else 1, fontsize=SMALL, handlelength=2.0)  # fmt: skip
 
 
 def levels(table: pl.DataFrame, column: str) -> list[Any]:
@@ -187,7 +212,7 @@ def means(
 
 def row_name(axes: Axes, name: str, level: float | None = None) -> None:
     """Write the name of a model left of its row, with its threshold below."""
-    text = wrapped(name, NAME_INCHES, SMALL) + ("" if level is None else f"\nT = {level:.3g}")
+    text = wrapped(name, NAME_INCHES, SMALL) + ("" if level is None else f"\nT = {level:.3g}") if name else ""
     axes.set_ylabel(text, rotation=0, ha="right", va="center", fontsize=SMALL)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from experiments.base.palette import TITLES
 from experiments.draw.tuning import LABELS, MEASURES, draw
 from experiments.judge import curves
 from experiments.kinds import tuning as tune
@@ -127,7 +128,8 @@ def test_a_figure_has_the_points_of_each_model_at_their_places(curve):
         drawn = {line.get_color(): line.get_xydata().tolist() for line in axes.lines if line.get_marker() == "o"}
         assert sorted(drawn.values()) == sorted(expected.values()) and model in "ab"
         labels = {text.get_text(): (drawn[text.get_color()], list(text.xy)) for text in axes.texts}
-        assert labels == ({name: (points, points[-1]) for name, points in expected.items()} if place == 0 else {})
+        named = {TITLES.get(name, name): (points, points[-1]) for name, points in expected.items()}
+        assert labels == (named if place == 0 else {})
 
 
 # --- clips and models -------------------------------------------------------------------------------------------------
