@@ -8,6 +8,7 @@ Fernandes 2009), and potentials have a contrast of at least 3:1 both on white an
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -27,7 +28,7 @@ THRESHOLD = "#7f7f7f"
 """Of thresholds T, thin and dashed."""
 BRIGHTER, DARKER, STILL = "#eedd55", "#d94fb0", "#181a20"
 """Pixels that became brighter, became darker, and did not change."""
-OTHERS = ("#177362", "#cc7ab1", "#805f26", "#87996b")
+OTHERS: Mapping[str, str] = {"teal": "#177362", "pink": "#cc7ab1", "brown": "#805f26", "olive": "#87996b"}
 """Things without an order and a hue of their own, such as kinds of motion and terms of a reward."""
 OBSERVER, STIMULUS = "#8c8c8c", "#191919"
 """Robots from above."""
@@ -48,7 +49,7 @@ SIGNED = "BrBG"
 
 def of_others(names: Iterable[Any]) -> dict[Any, str]:
     """Return a colour of `OTHERS` for each name, in turn; more names than four need markers or panels too."""
-    return {name: OTHERS[place % len(OTHERS)] for place, name in enumerate(dict.fromkeys(names))}
+    return dict(zip(dict.fromkeys(names), itertools.cycle(OTHERS.values()), strict=False))
 
 
 def pathways(channel: str) -> tuple[str, str]:

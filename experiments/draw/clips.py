@@ -289,7 +289,7 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, list[
     drawn = _page(len(models), 0.32, 1.3)
     axes = drawn.subplots()
     for kind, rows, colour, aside in (("object crosses", crossing, palette.INK, -0.18),
-                                      ("background alone", alone, palette.OTHERS[0], 0.18)):  # fmt: skip
+                                      ("background alone", alone, palette.OTHERS["teal"], 0.18)):  # fmt: skip
         for (model,), of_model in style.by(rows, "model"):
             values, height = of_model["response"].to_numpy(), models.index(model) + aside
             axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=kind)

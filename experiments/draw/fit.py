@@ -24,7 +24,7 @@ def draw(run: Any) -> Figure:
         for panel, key in zip(panels, keys, strict=True):
             texts = settings[key].cast(pl.String)
             numbers = texts.cast(pl.Float64, strict=False)
-            for of, mark, tint in (("search", "o", palette.INK), ("sample", "s", palette.OTHERS[1])):
+            for of, mark, tint in (("search", "o", palette.INK), ("sample", "s", palette.OTHERS["pink"])):
                 own = settings["of"] == of
                 x = (texts if numbers.null_count() else numbers).filter(own).to_list()
                 panel.plot(x, settings["least slack"].filter(own), mark, ms=2.5, alpha=0.6, label=of, color=tint)

@@ -42,9 +42,12 @@ CONDITIONS = 5
 BANDS = "Lines: means; bands: 95 % intervals. Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
-SUMS = {"excitation": ("excitation", palette.OTHERS[0]), "weighted_inhibition": ("inhibition", palette.OTHERS[1])}
+SUMS = {
+    "excitation": ("excitation", palette.OTHERS["teal"]),
+    "weighted_inhibition": ("inhibition", palette.OTHERS["pink"]),
+}
 HS = {"hs": ("HS", palette.CHANNELS["hs"]), "hs_w_i_1": ("HS, w_i = 1", palette.INK),
-      "residue": ("leftover", palette.OTHERS[2])}  # fmt: skip
+      "residue": ("leftover", palette.OTHERS["brown"])}  # fmt: skip
 """Columns of excitation -> their names and colours."""
 POINTS = "Dots: trials; dark: means."
 INTERVALS = "Dots: trials; dark: means, 95 % intervals. Titles order only means whose intervals do not overlap."
@@ -127,7 +130,8 @@ def panels(runs: Mapping[str, Any]) -> Figure:
             _points(axes, rows, COUNT, style.tints(rows["level"], PAPER[name]))
             axes.set(xlabel=axis(PAPER[name]), ylabel=COUNT[1])
             words, _ = finding(rows, COUNT, PAPER[name])
-            style.finding(axes, f"{name.rpartition('-')[2].capitalize()}: {words[:1].lower()}{words[1:]}", letter)
+            words = words.removeprefix("Spike count").lstrip(": ").removeprefix("is ")  # as the axis says
+            style.finding(axes, f"{name.rpartition('-')[2].capitalize()}: {words}", letter)
         _caption(figure, "", pl.concat(first.values(), how="diagonal_relaxed"))
     return figure
 

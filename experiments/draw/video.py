@@ -195,7 +195,7 @@ class Canvas:
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
             kinds = [*reel.eyes, *([CHANGE] if reel.eyes else []), *(["plan"] if reel.tracks else [])]
-            heights = [1.0 if self._film else 1.3 * len(kinds), 0.75 + 0.25 * min(len(reel.values), 4)]
+            heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             experiment = reel.properties.get("experiment")
             figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
@@ -291,6 +291,7 @@ class Canvas:
         axes.axhline(0.0, color="#c9c9c9", lw=1)
         for level in levels:
             axes.axhline(level, color=palette.THRESHOLD, lw=1, ls=(0, (5, 3)))
+            axes.annotate(f"T = {level:g}", (begin, level), (2, 2), textcoords="offset points", color=palette.GREY)
         for channel, (time_s, values) in potentials.items():
             axes.plot(time_s, values, color=palette.CHANNELS[channel], lw=2, label=channel)
         for channel, (time_s, counts) in spikes.items():
@@ -410,7 +411,7 @@ def moments(reel: Reel, count: int) -> list[float]:
 def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None) -> None:
     """Write a strip as a PNG file: pictures of ``count`` `moments`, and below them the traces with a line at each."""
     kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
-    size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
+    size = size or (1800, round(1.5 * kinds * 1800 / count * 0.8) + 60)
     times = moments(reel, count)
     picture = Canvas(reel, size, times).strip(times, list(reel.seen(times)))
     with replacing(out) as partial:

@@ -7,6 +7,8 @@ A recording has these entities, on the timelines ``time`` (a duration) and ``fra
     /world/arena, /world/path        floor, wall and obstacles; the ways of those that move
     /models/<model>/hs, vs, looming  potentials; also azimuth
     /models/<model>/spikes/<channel> spikes of each frame: above 0 of preferred motion (right, down), below of null
+    /models/<model>/strokes/<channel> the same as strokes at the edge of the model's lane
+    /about                           condition, spikes and commands, in words
     /models/<model>/threshold        a line at each threshold
     /models/<model>/maps/<layer>     layers of the DSNN: p, la, f_on, f_off
     /reward                          the terms of an agent's reward
@@ -16,9 +18,10 @@ Values are kept in columns and sent in blocks. What is equal in all recordings o
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -56,6 +59,8 @@ GREY: Colour = rgb(palette.THRESHOLD)
 LINE_WIDTH = 1.5
 """Points of the screen."""
 LAYERS = {"p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"}
+EDGE, STROKES = 1.08, 0.22
+"""Height at which a lane's strokes begin, and the room of each channel's."""
 MOST_LANES = 4
 """Models below each other; more stand in columns."""
 
@@ -122,6 +127,8 @@ class Content:
         Triples of an entity, its series' names, and the heading: exposure, wheels, reward.
     above
         Whether the whole arena is seen from above; otherwise the observer from behind.
+    noted
+        Whether there is a text about it.
     """
 
     models: tuple[RecordedModel, ...] = ()
@@ -133,6 +140,7 @@ class Content:
     maps: tuple[tuple[str, tuple[Colour, ...]], ...] = ()
     plots: tuple[tuple[str, tuple[str, ...], str], ...] = ()
     above: bool = False
+    noted: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +174,7 @@ class Frames:
 
 def write(
     content: Content, frames: Frames, name: str, identity: str | None = None,
-    properties: Mapping[str, rr.AsComponents] | None = None, more: Iterable[Chunk] = (),
+    properties: Mapping[str, rr.AsComponents] | None = None, more: Iterable[Chunk] = (), about: str = "",
 ) -> bytes:  # fmt: skip
     """Return a whole recording, as the bytes of an .rrd file.
 
@@ -182,8 +190,12 @@ def write(
         What it says of itself: group -> values, such as those of `known`.
     more
         Further chunks.
+    about
+        What stands in the text beside it, in Markdown.
     """
-    chunks = [*static(content), *moving(content, frames), *_paths(frames), *more]
+    content = replace(content, noted=bool(about))
+    text = [fixed("about", rr.TextDocument(about, media_type=rr.MediaType.MARKDOWN))] * bool(about)
+    chunks = [*static(content), *moving(content, frames), *_paths(frames), *more, *text]
     chunks += [Chunk.from_property(group, values) for group, values in (properties or {}).items()]
     stream = rr.RecordingStream(APPLICATION, recording_id=identity)
     try:
@@ -293,8 +305,9 @@ def _looks_of_series(model: RecordedModel) -> list[Chunk]:
     for channel in model.spiking:
         tone, title = rgb(palette.CHANNELS[channel]), palette.TITLES[channel]
         chunks.append(fixed(f"{root}/{channel}", rr.SeriesLines(colors=tone, names=title, widths=LINE_WIDTH)))
-        spikes = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, interpolation_mode="StepMid")
-        chunks.append(fixed(f"{root}/spikes/{channel}", spikes))
+        for kind in ("spikes", "strokes"):
+            look = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, aggregation_policy="Off")
+            chunks.append(fixed(f"{root}/{kind}/{channel}", look))  # or both ends of a stroke become their mean
     if "azimuth" in model.channels:
         look = rr.SeriesLines(colors=rgb(palette.INK), names="azimuth", widths=LINE_WIDTH)
         chunks.append(fixed(f"{root}/azimuth", look))
@@ -335,11 +348,24 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
             continue
         for channel in model.channels:
             chunks.append(chunk(f"{root}/{channel}", when, _scalars(getattr(series, channel))))
-        for channel in model.spiking:
-            chunks.append(chunk(f"{root}/spikes/{channel}", when, _scalars(getattr(series, f"{channel}_spikes"))))
+        for rank, channel in enumerate(model.spiking):
+            counts = getattr(series, f"{channel}_spikes")
+            chunks.append(chunk(f"{root}/spikes/{channel}", when, _scalars(counts)))
+            at, heights = strokes(counts, EDGE + STROKES * rank)
+            spiking = times(frames.time_s[at], frames.frame[at])
+            if len(at):  # the viewer ends on a timeline without times
+                chunks.append(chunk(f"{root}/strokes/{channel}", spiking, _scalars(heights)))
         if levels := list(model.levels()):
             chunks.append(chunk(f"{root}/threshold", ends, _scalars(np.array([levels, levels]))))
     return chunks
+
+
+def strokes(counts: npt.NDArray[Any], edge: float) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Return the frames and heights of strokes that stand outward from an edge: both ends of each, then a gap."""
+    at = np.flatnonzero(counts)
+    sign, size = np.sign(counts[at]), 0.04 + 0.04 * np.minimum(np.abs(counts[at]), 4)
+    heights = np.column_stack([sign * edge, sign * (edge + size), np.full(len(at), np.nan)])
+    return np.repeat(at, 3), heights.ravel()
 
 
 def _pictures(entity: str, kind: Any, images: Images, when: Sequence[rr.TimeColumn]) -> list[Chunk]:
@@ -437,19 +463,23 @@ def views(content: Content) -> list[tuple[float, Any]]:
             for name, _ in content.maps
         ]
         top.append((5.0, rrb.Grid(*maps, grid_columns=2)))
+    if content.noted:
+        top.append((3.0, rrb.TextDocumentView(origin="/about", name="about")))
     rows: list[tuple[float, Any]] = []
     if top:
         rows.append((4.0, rrb.Horizontal(*(view for _, view in top), column_shares=[share for share, _ in top])))
-    if content.models:
+    if content.above:  # an episode: a lane for each channel, below each other
+        for model in content.models:
+            rows += [(1.5, _lane(model, [channel])) for channel in model.spiking]
+            rows += [(1.0, plot) for plot in _azimuth(model)]
+    elif content.models:
         columns = -(-len(content.models) // MOST_LANES)
-        lanes = rrb.Grid(*(_lane(model, legend=columns == 1) for model in content.models), grid_columns=columns)
-        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, lanes))
-    if content.plots:
-        plots = [
-            _plot(f"/{entity}", [f"/{entity}"], heading, legend=len(names) > 1)
-            for entity, names, heading in content.plots
-        ]
-        rows.append((1.2, rrb.Horizontal(*plots)))
+        lanes = (rrb.Horizontal(_lane(model, model.spiking), *_azimuth(model)) for model in content.models)
+        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, rrb.Grid(*lanes, grid_columns=columns)))
+    for entity, names, heading in content.plots:
+        hues = zip(names, itertools.cycle(palette.OTHERS), strict=False)
+        which = f": {', '.join(map(' '.join, hues))}" if len(names) > 1 else ""
+        rows.append((1.0, _plot(f"/{entity}", [f"/{entity}"], f"{heading}{which}")))
     return rows
 
 
@@ -477,31 +507,41 @@ def _world(content: Content) -> rrb.Spatial3DView:
     )  # fmt: skip
 
 
-def _lane(model: RecordedModel, *, legend: bool) -> Any:
-    """Return the lane of a model: potentials, and beside them spikes and azimuth."""
-    place, name = f"/{model_entity(model.label)}", model.label
-    potentials = [f"{place}/{channel}" for channel in model.spiking]
-    lowest = -0.05 if model.spiking == ["looming"] else -1.05
-    row = [(3.0, _plot(place, [*potentials, f"{place}/threshold"], name, (lowest, 1.05), legend=legend))]
-    if model.levels():
-        heading = f"{name}: spikes{' (right, down above 0)' if 'hs' in model.spiking else ''}"
-        row.append((2.0, _plot(f"{place}/spikes", [f"{place}/spikes/**"], heading, legend=legend)))
-    if "azimuth" in model.channels:
-        heading = f"{name}: azimuth, -1 left to 1 right"
-        row.append((1.0, _plot(f"{place}/azimuth", [f"{place}/azimuth"], heading, (-1.05, 1.05))))
-    return rrb.Horizontal(*(view for _, view in row), column_shares=[share for share, _ in row])
+def _lane(model: RecordedModel, channels: Sequence[str]) -> rrb.TimeSeriesView:
+    """Return a lane of a model: potentials of channels, thresholds, and strokes of spikes at its edge."""
+    place = f"/{model_entity(model.label)}"
+    contents = [f"{place}/{part}{channel}" for channel in channels for part in ("", "strokes/")]
+    highest = EDGE + STROKES * len(model.spiking)
+    levels = [level for level, owners in model.levels().items() if {*owners} & {*channels}]
+    title = lane_title(model.label, channels, levels) + "; strokes at the edge: spikes" * bool(levels)
+    origin = place if [*channels] == model.spiking else f"{place}/{channels[0]}"
+    lowest = -0.05 if [*channels] == ["looming"] else -highest
+    return _plot(origin, [*contents, f"{place}/threshold"], title, (lowest, highest))
+
+
+def _azimuth(model: RecordedModel) -> list[rrb.TimeSeriesView]:
+    """Return the plot of where a model sees motion, if it says so."""
+    entity, heading = f"/{model_entity(model.label)}/azimuth", f"{model.label}: azimuth, -1 left to 1 right"
+    return [_plot(entity, [entity], heading, (-1.05, 1.05))] if "azimuth" in model.channels else []
 
 
 def _plot(
-    origin: str, contents: Sequence[str], name: str, ends: tuple[float, float] | None = None, *, legend: bool = False
+    origin: str, contents: Sequence[str], name: str, ends: tuple[float, float] | None = None
 ) -> rrb.TimeSeriesView:
-    """Return a plot of series, on one axis of time with all others; a legend covers a part of the traces."""
+    """Return a plot of series, on one axis of time with all others; its heading stands for a legend."""
     return rrb.TimeSeriesView(
         origin=origin, contents=list(contents), name=name,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"), axis_y=rrb.ScalarAxis(range=ends) if ends else None,
         background=rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=legend),
+        plot_legend=rrb.PlotLegend(visible=False),
     )  # fmt: skip
+
+
+def note(values: Mapping[str, Any], *commands: str) -> str:
+    """Return a text about a recording, in Markdown: values that are known, then commands."""
+    shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
+    lines = [f"{name.replace('_', ' ')}: **{value}**" for name, value in shown.items() if value is not None]
+    return "  \n".join([*lines, *(f"`{command}`" for command in commands)])
 
 
 def camera_entity(eye: str) -> str:

@@ -25,7 +25,7 @@ VISIONS = {
     ),
 }
 GROUPS = {
-    "potentials": [*CHANNELS.values()], "potentials and others": [*CHANNELS.values(), *OTHERS],
+    "potentials": [*CHANNELS.values()], "potentials and others": [*CHANNELS.values(), *OTHERS.values()],
     "pixels": [BRIGHTER, DARKER, STILL], "pixels and potentials": [BRIGHTER, *CHANNELS.values()],
     "verdicts on white": [tints[0] for tints in VERDICTS.values()],
     "verdicts on dark": [tints[1] for tints in VERDICTS.values()],
@@ -63,7 +63,8 @@ def test_colours_of_a_group_stay_apart_in_every_vision(group, vision):
 
 
 @pytest.mark.parametrize(("tint", "ground"), [
-    *product((*CHANNELS.values(), *OTHERS), (WHITE, DARK)), (BRIGHTER, STILL), (DARKER, STILL), (palette.INK, WHITE),
+    *product((*CHANNELS.values(), *OTHERS.values()), (WHITE, DARK)), (BRIGHTER, STILL), (DARKER, STILL),
+    (palette.INK, WHITE),
     *((tints[place], ground) for tints in VERDICTS.values() for place, ground in enumerate((WHITE, DARK))),
 ])  # fmt: skip
 def test_every_colour_is_seen_on_its_ground(tint, ground):

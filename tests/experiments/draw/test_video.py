@@ -177,6 +177,8 @@ def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     result, reel = trial
     strip(reel, tmp_path / "strip.png", 3)
     assert cv2.imread(str(tmp_path / "strip.png")).shape[1] == 1800
+    (lane,) = Canvas(reel, (1800, 900), [0.5]).lanes.values()
+    assert {f"T = {level:g}" for level in reel.levels["dsnn"]} <= {text.get_text() for text in lane.texts}
     times = reel.time_s[[0, result.frames // 2, -1]].tolist()
     canvas = Canvas(reel, (1800, 900), times)
     canvas.strip(times, list(reel.seen(times)))

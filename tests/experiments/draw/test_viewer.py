@@ -31,16 +31,16 @@ Recorded = tuple[Path, dict[str, set[str]], set[str]]
 
 
 def trial(folder: Path) -> Recorded:
-    models = {"dsnn": {"", "/spikes", *(f"/maps/{name}" for name in ("p", "la", "f_on", "f_off"))}, "emd": {""},
-              "lplc2": {"", "/spikes"}}  # fmt: skip
+    models = {"dsnn": {"", *(f"/maps/{name}" for name in ("p", "la", "f_on", "f_off"))}, "emd": {""},
+              "lplc2": {""}}  # fmt: skip
     path = folder / "trial.rrd"
     path.write_bytes(Played(spec(models=tuple(map(choose, models))), maps=True).recording)
-    return path, models, {"/world", CAMERA}
+    return path, models, {"/world", "/about", CAMERA}
 
 
 def watched(folder: Path) -> Recorded:
     run = experiments.watch("plain", out=folder / "run", quiet=True)
-    return run.recordings[0], {"dsnn": {"", "/spikes"}}, {CAMERA}
+    return run.recordings[0], {"dsnn": {""}}, {CAMERA}
 
 
 def episode(folder: Path) -> Recorded:
@@ -50,8 +50,8 @@ def episode(folder: Path) -> Recorded:
     for step in range(20):
         env.step(np.array([0.4, 0.3 + 0.02 * step], np.float32))
     env.close()
-    others = {"/world", CAMERA, "/world/observer/wheels", "/reward"}
-    return folder / "episode.rrd", {"hybrid": {"", "/spikes", "/azimuth"}}, others
+    others = {"/world", "/about", CAMERA, "/world/observer/wheels", "/reward"}
+    return folder / "episode.rrd", {"hybrid": {"/hs", "/vs", "/looming", "/azimuth"}}, others
 
 
 def decoded(content: bytes) -> np.ndarray:

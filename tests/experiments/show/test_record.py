@@ -25,6 +25,7 @@ from experiments.show.record import (
     layout_chunks,
     model_entity,
     outlines,
+    views,
     write,
 )
 from experiments.show.recording import map_colours
@@ -71,6 +72,33 @@ def test_what_is_written_is_read_back(tmp_path):
         assert model_part(f"{root}/spikes/hs".strip("/")) == (model.label, "spikes/hs")
     assert all({"time", "frame"} <= set(entity) for entity in held.values())
     assert not [entity for entity in held if any(part.isdigit() for part in re.split("[/_]", entity))], "no value"
+
+
+def test_strokes_stand_beyond_the_potentials_at_the_frames_that_spike_on_the_side_of_their_sign(tmp_path):
+    held = columns(written(tmp_path / "a.rrd"), static=False)
+    for channel, counts in (("hs", COUNTS), ("vs", -COUNTS), ("looming", np.ones(COUNT))):
+        entity = held[f"/{model_entity('dsnn')}/strokes/{channel}"]
+        ends, spiking = np.reshape(entity["scalars"], (-1, 3)), np.flatnonzero(counts)
+        assert entity["frame"] == np.repeat(spiking, 3).tolist()
+        assert (np.sign(ends[:, :2]) == np.sign(counts[spiking])[:, None]).all() and np.isnan(ends[:, 2]).all()
+        assert (np.abs(ends[:, 0]) > 1.0).all() and (np.abs(ends[:, 0]) < np.abs(ends[:, 1])).all()
+        assert (np.argsort(np.abs(ends[:, 1] - ends[:, 0]), kind="stable") ==
+                np.argsort(np.abs(counts[spiking]), kind="stable")).all(), "more spikes, a longer stroke"  # fmt: skip
+
+
+def test_an_episode_has_a_lane_for_each_channel_and_no_plot_a_legend():
+    model = RecordedModel("hybrid", ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7)))
+    reward = (("reward", ("one", "two"), "terms"),)
+    rows = [view for _, view in views(Content((model,), above=True, plots=reward))]
+    root = f"/{model_entity('hybrid')}"
+    assert [view.origin for view in rows] == [
+        f"{root}/hs",
+        f"{root}/vs",
+        f"{root}/looming",
+        f"{root}/azimuth",
+        "/reward",
+    ]
+    assert "one teal, two pink" in rows[-1].name and "HS blue" in rows[0].name
 
 
 def test_a_channel_has_its_hue_in_every_model(tmp_path):
