@@ -10,7 +10,7 @@ import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -125,11 +125,9 @@ def legend(figure: Figure, panels: Iterable[Axes]) -> None:
         handles, labels = axes.get_legend_handles_labels()
         found |= dict(zip(labels, handles, strict=True)) if len(labels) > 1 else {}
     above = len(figure.get_suptitle()) < 55  # there is room beside it
-    place: Literal["outside upper right", "outside right upper"] = (
-        "outside upper right" if above else "outside right upper"
-    )
     if found:
-        figure.legend(found.values(), found, loc=place, frameon=False,
+        figure.legend(found.values(), found, frameon=False,
+                      loc="outside upper right" if above else "outside right upper",
                       ncols=len(found) if above else 1, fontsize=SMALL, handlelength=2.0)  # fmt: skip
 
 

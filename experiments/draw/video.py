@@ -291,7 +291,8 @@ class Canvas:
         axes.axhline(0.0, color="#c9c9c9", lw=1)
         for level in levels:
             axes.axhline(level, color=palette.THRESHOLD, lw=1, ls=(0, (5, 3)))
-            axes.annotate(f"T = {level:g}", (begin, level), (2, 2), textcoords="offset points", color=palette.GREY)
+            named = f"T = {level:g}" if level > 0.0 or -level not in levels else ""
+            axes.annotate(named, (begin, level), (2, 2), textcoords="offset points", color=palette.GREY)
         for channel, (time_s, values) in potentials.items():
             axes.plot(time_s, values, color=palette.CHANNELS[channel], lw=2, label=channel)
         for channel, (time_s, counts) in spikes.items():
@@ -324,7 +325,7 @@ class Canvas:
 
 def _panel_title(kind: str) -> str:
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
-    titles = {"plan": "from above", CHANGE: "brighter (warm), darker (cool)"}
+    titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink"}
     return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")
 
 

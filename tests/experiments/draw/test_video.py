@@ -8,6 +8,7 @@ from unittest.mock import Mock
 import av
 import cv2
 import numpy as np
+import polars as pl
 import pytest
 from matplotlib.patches import Circle
 
@@ -20,7 +21,7 @@ from experiments.draw.video import Canvas, Reel, changes, film_times, make, mome
 from experiments.kinds.episodes import load_behaviour
 from experiments.show.episodes import play
 from experiments.show.episodes import record as record_episode
-from experiments.store.recordings import pictures_of
+from experiments.store.recordings import pictures_of, recording
 from tests.experiments.show.test_record import CONTENT, written
 from tests.experiments.show.test_trial import spec
 from tests.helpers.played import Played
@@ -178,7 +179,7 @@ def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     strip(reel, tmp_path / "strip.png", 3)
     assert cv2.imread(str(tmp_path / "strip.png")).shape[1] == 1800
     (lane,) = Canvas(reel, (1800, 900), [0.5]).lanes.values()
-    assert {f"T = {level:g}" for level in reel.levels["dsnn"]} <= {text.get_text() for text in lane.texts}
+    assert {f"T = {max(reel.levels['dsnn']):g}"} <= {text.get_text() for text in lane.texts}
     times = reel.time_s[[0, result.frames // 2, -1]].tolist()
     canvas = Canvas(reel, (1800, 900), times)
     canvas.strip(times, list(reel.seen(times)))
@@ -213,3 +214,14 @@ def test_a_film_that_the_disk_has_no_room_for_gets_no_name(trial, tmp_path, endi
     with pytest.raises(OSError, match=f"film{ending}.*full"):
         make(trial[1], out, SIZE, 5.0)
     assert not out.exists() and not part(out).is_symlink()
+
+
+def test_the_recording_that_opens_first_is_of_a_trial_in_which_a_model_spikes(tmp_path):
+    places = [tmp_path / "recordings" / f"trial-{number:04d}.rrd" for number in range(4)]
+    places[0].parent.mkdir()
+    for place in places:
+        place.touch()
+    assert recording(tmp_path, None) == places[0], "of none it is known"
+    rows = {"trial": [0, 0, 3, 2, 2], "model": [*"abaab"], "spikes": [0, None, 1, 0, 5]}
+    pl.DataFrame(rows).write_parquet(tmp_path / "trials.parquet")
+    assert recording(tmp_path, None) == places[2] and recording(tmp_path, 3) == places[3]
