@@ -27,7 +27,7 @@ MORE_IS_BETTER = ("time on target", "optomotor gain", FREE_DISTANCE, RETURN)
 ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
 """Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
 SYMBOLS = "Dots: values, 95 % intervals; strokes: episodes; arrows: better."
-WAYS = "Paths from above (cm), the first in bold: circle, start; cross, end by a collision."
+PATHS = "Paths from above (cm), the first in bold: circle, start; cross, end by a collision."
 
 
 def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
@@ -56,7 +56,7 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
                 _ways(axes, trials.filter(model=name), frames)
         _measures(above, summary, trials)
         style.headline(above, finding(summary))
-        style.caption(figure, caption, SYMBOLS, WAYS if env.draws_paths else "", env.note)
+        style.caption(figure, caption, SYMBOLS, PATHS if env.draws_paths else "", env.note)
     return figure
 
 

@@ -251,7 +251,9 @@ def record(episode: Episode, title: str = "") -> bytes:
     )  # fmt: skip
     identity = None if title else f"{name}-{env}-{episode.seed}"
     title = title or f"{name} in {env}, seed {episode.seed}"
-    return rerun.write(content, frames, title, identity, {"episode": rerun.known(outcome)}, about=rerun.note(outcome))
+    return rerun.write(
+        content, frames, title, identity, {"episode": rerun.properties(outcome)}, about=rerun.note(outcome)
+    )
 
 
 def _variant(robot: str) -> str:
