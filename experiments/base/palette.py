@@ -32,17 +32,15 @@ OTHERS: Mapping[str, str] = {"teal": "#177362", "pink": "#cc7ab1", "brown": "#80
 """Things without an order and a hue of their own, such as kinds of motion and terms of a reward."""
 OBSERVER, STIMULUS = "#8c8c8c", "#191919"
 """Robots from above."""
-VERDICTS: Mapping[str, tuple[str, str, str]] = {
-    "holds": ("#008055", "#91f2ba", "green"),
-    "sometimes": ("#995c00", "#ffcc66", "yellow"),
-    "fails": ("#990825", "#d95757", "red"),
-    "unjudged": ("#5a6572", "#9aa7b4", "bright_black"),
+VERDICTS: Mapping[str, tuple[str, str, str, str]] = {
+    "holds": ("#008055", "#91f2ba", "green", "\N{CHECK MARK}"),
+    "sometimes": ("#995c00", "#ffcc66", "yellow", "~"),
+    "fails": ("#990825", "#d95757", "red", "\N{MULTIPLICATION X}"),
+    "unjudged": ("#5a6572", "#9aa7b4", "bright_black", "\N{EN DASH}"),
 }
-"""State of a verdict -> its colour on white, on a dark page, and on a terminal, beside its sign."""
-RAMPS: Mapping[str, tuple[str, float, float]] = {
-    "speed": ("viridis", 0.0, 0.78), "distance": ("copper", 0.0, 0.72), "": ("gray", 0.0, 0.62),
-}  # fmt: skip
-"""Quantity in a column's name -> matplotlib's colour map for its levels, and the part of it from lowest to highest."""
+"""State of a verdict -> its colour on white, on a dark page, on a terminal, and its sign: colour alone tells none."""
+RAMPS: Mapping[str, tuple[str, float]] = {"speed": ("viridis", 0.78), "distance": ("copper", 0.72), "": ("gray", 0.62)}
+"""Quantity in a column's name -> matplotlib's colour map for its levels, and the part of it that they take."""
 SIGNED = "BrBG"
 """Colour map of angles and other signed quantities: brown is left or negative, teal right or positive."""
 
@@ -62,7 +60,7 @@ def pathways(channel: str) -> tuple[str, str]:
 def css() -> str:
     """Return the colours as declarations of CSS variables, for the pages' ``:root``."""
     plain = {**CHANNELS, "threshold": THRESHOLD, "brighter": BRIGHTER, "darker": DARKER}
-    pairs = {state: f"light-dark({light}, {dark})" for state, (light, dark, _) in VERDICTS.items()}
+    pairs = {state: f"light-dark({light}, {dark})" for state, (light, dark, *_) in VERDICTS.items()}
     return " ".join(f"--{name}: {value};" for name, value in (plain | pairs).items())
 
 

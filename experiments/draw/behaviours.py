@@ -102,14 +102,15 @@ def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame) -> None:
 
 def _ways(axes: Axes, trials: pl.DataFrame, frames: pl.DataFrame) -> None:
     """Draw every episode's path from above, the first on top; a cross where one ended by touching something."""
-    fails, *_ = palette.VERDICTS["fails"]
     axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color=palette.GREY, lw=1.0))
     for trial, repeat, touched in trials.select("trial", "repeat", "touched").reverse().iter_rows():
         way = frames.filter(trial=trial)
         axes.plot(way["x_cm"], way["y_cm"], lw=0.6 if repeat else 1.5, alpha=0.5 if repeat else 1.0, color=palette.INK)
         axes.plot(way["x_cm"][0], way["y_cm"][0], "o", ms=3.5, mfc="white", mec=palette.INK, mew=0.9, zorder=4)
         if touched:
-            axes.plot(way["x_cm"][-1], way["y_cm"][-1], "x", color=fails, ms=5, mew=1.4, zorder=5)
+            axes.plot(
+                *way.select("x_cm", "y_cm").row(-1), "x", color=palette.VERDICTS["fails"][0], ms=5, mew=1.4, zorder=5
+            )
     reach = ARENA_RADIUS_CM + 2.0
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xticks=[-40, 0, 40], yticks=[-40, 0, 40])
 

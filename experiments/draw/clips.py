@@ -125,7 +125,8 @@ def course_finding(rows: pl.DataFrame, along: str, lines: str) -> tuple[str, str
     points = style.by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
     curves = [findings.curve(of, along, "response") for _, of in style.by(points, "model", lines, "repeat")]
     noun = AXES[along].partition(" (")[0]
-    return findings.shared("response", curves, noun), findings.finding("response", curves, noun, things="curves")
+    found = findings.orders(curves, noun)
+    return findings.shared("response", found, noun), findings.commonest("response", found)
 
 
 def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
@@ -160,11 +161,8 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     models, clips = style.levels(trials, "model"), style.levels(trials, "clip")
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
-    ends = [
-        getattr(pl.col(name), end)().alias(f"{name}_{end}")
-        for name in palette.CHANNELS
-        for end in ("mean", "min", "max")
-    ]
+    values = pl.col(*palette.CHANNELS)
+    ends = [getattr(values, end)().name.suffix(f"_{end}") for end in ("mean", "min", "max")]
     cells = style.by(table, "model", "clip", "time").agg(ends)
     most = min({1: 6, 2: 8, 3: 8}.get(len(models), ACROSS), len(clips))
     across = max((n for n in range(4, most + 1) if len(clips) % n == 0), default=most)  # rows alike, as of one shade
@@ -173,7 +171,6 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     panels = drawn.subplots(bands * len(models), across, squeeze=False, sharey="row")
     for axes in panels.flat:
         axes.set_visible(False)
-    keys = []
     for row, model in enumerate(models):
         of_model, level = cells.filter(model=model), thresholds.get(model)
         shown = [name for name in palette.CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
@@ -185,7 +182,6 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             axes.tick_params(labelbottom=row == len(models) - 1)
             style.threshold(axes, level, signed=shown != ["looming"], named=False)
             cell = of_model.filter(clip=clip)
-            keys.append(axes)
             for name in shown if len(cell) else ():
                 label, colour = palette.TITLES[name], palette.CHANNELS[name]
                 axes.plot(cell["time"], cell[f"{name}_mean"], color=colour, label=label)
@@ -197,7 +193,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             if place % across == 0:
                 style.row_name(axes, model, level)
             axes.set_xlabel("time (s)" if row == len(models) - 1 else "", fontsize=style.SMALL)
-    style.legend(drawn, keys)
+    style.legend(drawn, panels.flat)
     drawn.supylabel("potential", fontsize=style.BODY)
     title, counts = shared(direction_finding(trials, thresholds), "Potentials over time")
     style.headline(drawn, title)
@@ -298,9 +294,8 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, list[
     axes.set_ylim(len(models) - 0.5, -0.5)
     for place, model in enumerate(models):
         if (level := thresholds.get(model)) is not None:
-            axes.plot(
-                [level] * 2, [place - 0.4, place + 0.4], color=palette.THRESHOLD, ls="--", lw=0.8, label="threshold"
-            )
+            look: Any = {"color": palette.THRESHOLD, "ls": "--", "lw": 0.8, "label": "threshold"}
+            axes.plot([level] * 2, [place - 0.4, place + 0.4], **look)
     style.decades(axes, trials["response"])
     axes.set_xlabel("response" + ", on a logarithmic scale" * (axes.get_xscale() != "linear"))
     compared = crossing.join(alone.group_by("model").agg(most=pl.col("response").max()), on="model")

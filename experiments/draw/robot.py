@@ -42,19 +42,14 @@ CONDITIONS = 5
 BANDS = "Lines: means; bands: 95 % intervals. Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
-SUMS = {
-    "excitation": ("excitation", palette.OTHERS["teal"]),
-    "weighted_inhibition": ("inhibition", palette.OTHERS["pink"]),
-}
-HS = {"hs": ("HS", palette.CHANNELS["hs"]), "hs_w_i_1": ("HS, w_i = 1", palette.INK),
-      "residue": ("leftover", palette.OTHERS["brown"])}  # fmt: skip
+_TEAL, _PINK, _BROWN, _ = palette.OTHERS.values()
+SUMS = {"excitation": ("excitation", _TEAL), "weighted_inhibition": ("inhibition", _PINK)}
+HS = {"hs": ("HS", palette.CHANNELS["hs"]), "hs_w_i_1": ("HS, w_i = 1", palette.INK), "residue": ("leftover", _BROWN)}
 """Columns of excitation -> their names and colours."""
 POINTS = "Dots: trials; dark: means."
 INTERVALS = "Dots: trials; dark: means, 95 % intervals. Titles order only means whose intervals do not overlap."
 TRACES = "Potentials: means; bands: range of the trials; dashes: T."
 
-Tints = Mapping[Any, str]
-"""Level -> its colour, the same in all panels."""
 Panel = tuple[str, str, Mapping[str, str]]
 """A quantity in words, the label of its axis, and the columns of the trials' table that show it, each with a name."""
 COUNT: Panel = ("spike count", "spikes per trial", {"spikes": ""})
@@ -193,16 +188,16 @@ def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> tuple[str, str]:
     fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
         return style.sentence(drawn_of(noun, unit(varies)[0], fewest)), ""
-    things = "curves" if rows["other"].n_unique() > 1 else "models"
-    title = findings.shared(noun, curves.values(), *unit(varies))
-    orders = style.sentence(findings.finding(noun, curves.values(), *unit(varies), things, [*curves]))
-    return title, f"{orders}." if f" by {unit(varies)[0]}" in title else ""
+    title = findings.shared(noun, findings.orders(curves.values(), *unit(varies)), unit(varies)[0])
+    each = [f"{name} {text.removeprefix('is ')}" for name, one in curves.items()
+            for text in findings.orders([one], *unit(varies))]  # fmt: skip
+    return title, style.sentence(f"{noun}: {', '.join(each)}.") if f" by {unit(varies)[0]}" in title else ""
 
 
 # --- along what the trials vary ---------------------------------------------------------------------------------------
 
 
-def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, tints: Tints) -> None:
+def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, tints: Mapping[Any, str]) -> None:
     """Draw one model's trials as dots, means and intervals against the level, a line for each other condition."""
     shown = rows.select(*measure[2])
     if shown.null_count().sum_horizontal().item() == len(rows) * len(measure[2]):
@@ -225,7 +220,7 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, tints: Tints) -> Non
     if words:
         axes.set_xticks(range(len(levels)), [level_text(level).replace(" ", "\n") for level in levels])
         axes.tick_params(axis="x", labelrotation=90 if len(levels) > 3 else 0)
-    elif len(levels) <= MOST_TICKS:
+    elif 1 < len(levels) <= MOST_TICKS:
         axes.set_xticks(levels, map(level_text, levels))
     axes.margins(x=0.08, y=0.08)
     if shown.min().min_horizontal().item() >= 0.0:
@@ -265,8 +260,8 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     fewest = style.by(rows, "model", "level", "other").len()["len"].min()
     if fewest < LEAST_FOR_INTERVAL:
         traced = drawn_of("Potential", "bearing" if column == BEARING[0] else "time", fewest)
-    signs = {"hs": "HS, right positive", "looming": "looming"}
-    shown = "; ".join(signs[name] for name in dict.fromkeys(potentials.get(of["model"][0], "hs") for _, of in panels))
+    kinds = dict.fromkeys(potentials.get(of["model"][0], "hs") for _, of in panels)
+    shown = "; ".join(palette.TITLES[name] + ", right positive" * (name == "hs") for name in kinds)
     figure, grid = _grid([name for name, _ in panels], (COUNT[1], f"potential ({shown})"), (counted, traced),
                          width_ratios=[2.9, 4.2])  # fmt: skip
     peaks, tints = [], style.tints(rows["level"], varies)
@@ -310,7 +305,7 @@ def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
     return lines
 
 
-def _traces(axes: Axes, lines: Lines, varies: str, tints: Tints) -> list[tuple[float, str, Any]]:
+def _traces(axes: Axes, lines: Lines, varies: str, tints: Mapping[Any, str]) -> list[tuple[float, str, Any]]:
     """Draw the mean of the trials of each condition, and their range; return peak, name and colour of each level."""
     others = list(dict.fromkeys(other for _, other in lines))
     peaks: dict[Any, tuple[float, str, Any]] = {}

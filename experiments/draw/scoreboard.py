@@ -64,8 +64,7 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
         panels[0].set_yticks(range(table.height), table["model"])
         panels[0].set_ylim(table.height - 0.5, -0.5)
         style.headline(figure, title)
-        symbols = "Blank: does not apply, or no response. Dotted: chance."
-        style.caption(figure, note, symbols, f"n: {', '.join(numbers)}.")
+        style.caption(figure, note, "Blank: does not apply, or silent. Dotted: chance.", f"n: {', '.join(numbers)}.")
     return figure
 
 

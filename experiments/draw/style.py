@@ -34,7 +34,6 @@ SMALL, BODY, TITLE = 7.0, 8.0, 9.0
 """Sizes of type, points: labels at lines and ticks; axes; findings."""
 LOOK: dict[Any, Any] = {
     "font.size": BODY,
-    "axes.labelsize": BODY,
     "axes.titlesize": BODY,
     "axes.titlelocation": "left",
     "xtick.labelsize": SMALL,
@@ -78,8 +77,8 @@ def tints(levels: Iterable[Any], column: str = "") -> dict[Any, str]:
         blend = mpl.colormaps[palette.SIGNED]
         return {level: to_hex(blend(0.5 + math.copysign(0.2 + 0.3 * abs(level) / most, level))) if level else
                 palette.GREY for level in sorted(known)}  # fmt: skip
-    name, low, high = next(ramp for quantity, ramp in palette.RAMPS.items() if quantity in column)
-    places = mpl.colormaps[name](np.linspace(low, high, max(len(known), 2)))
+    name, high = next(ramp for quantity, ramp in palette.RAMPS.items() if quantity in column)
+    places = mpl.colormaps[name](np.linspace(0.0, high, max(len(known), 2)))
     return dict(zip(sorted(known, key=abs), map(to_hex, places), strict=False))
 
 
@@ -124,7 +123,7 @@ def legend(figure: Figure, panels: Iterable[Axes]) -> None:
     for axes in panels:
         handles, labels = axes.get_legend_handles_labels()
         found |= dict(zip(labels, handles, strict=True)) if len(labels) > 1 else {}
-    above = len(figure.get_suptitle()) < 55  # there is room beside it
+    above = len(figure.get_suptitle()) + sum(len(label) + 8 for label in found) < 110  # there is room beside it
     if found:
         figure.legend(found.values(), found, frameon=False,
                       loc="outside upper right" if above else "outside right upper",

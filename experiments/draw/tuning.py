@@ -91,35 +91,30 @@ def draw(points: pl.DataFrame, along: Sequence[str], changed: Row) -> Figure:
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), palette.SIGNED)
             figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
         figure.supylabel(y[0] if y else "" if approach else "response", fontsize=style.BODY)
-        style.headline(
-            figure, f"Response by {x.partition(' (')[0]}{f' and {y[0].partition(chr(32) + chr(40))[0]}' if y else ''}"
-        )
+        style.headline(figure, f"Response by {' and '.join(label.partition(' (')[0] for label in (x, *y))}")
+        style.legend(figure, panels[:1])
         style.caption(figure, f"{shown}{style.in_title(changed)}.", symbols)
     return figure
 
 
 def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
-    """Draw a column of each line of points against x; label the lines in the first panel of a figure."""
+    """Draw a column of each line of points against x."""
     places = own["x"].unique().sort().to_list()
-    ends: list[tuple[float, float, str, str]] = []
     several = own["line"].n_unique() > 1
     tints: dict[str, str] = palette.of_others(own["line"]) if several else {own["line"][0]: palette.INK}
     for line, tint in (tints | dict(palette.CHANNELS)).items():
         part = own.filter(pl.col("line") == line).drop_nulls(column)
         if len(part):
-            wider = 1.2 * (own["line"].n_unique() - len(ends))  # than the lines above it, which may lie on it
-            axes.plot(part["x"], part[column], "-o", lw=wider, ms=wider + 1.0, color=tint, clip_on=False, zorder=3)
-            ends.append((part["x"][-1], part[column][-1], palette.TITLES.get(line, line), tint))
+            wider = 1.2 * (own["line"].n_unique() - len(axes.lines))  # than the lines above it, which may lie on it
+            axes.plot(part["x"], part[column], "-o", lw=wider, ms=wider + 1.0, color=tint, clip_on=False, zorder=3,
+                      label=palette.TITLES.get(line, line))  # fmt: skip
     if places[0] > 0 and places[-1] >= 4 * places[0]:
         axes.set_xscale("log")
-        decades = range(math.floor(math.log10(places[0])), math.ceil(math.log10(places[-1])) + 1)
-        ticks = [digit * 10.0**power for power in decades for digit in (1, 3)]
+        ticks = [digit * 10.0**power for power in range(-4, 4) for digit in (1, 3)]
         places = [tick for tick in ticks if places[0] <= tick <= places[-1]]
     style.plain_numbers(axes, places[:: math.ceil(len(places) / 5)])
     axes.yaxis.set_major_locator(MaxNLocator(3))
     axes.axhline(0.0, color=palette.GREY, lw=0.5)
-    if several and axes is axes.figure.axes[0]:
-        style.label_ends(axes, ends)
 
 
 def _map(axes: Axes, own: pl.DataFrame) -> None:

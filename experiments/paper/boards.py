@@ -64,8 +64,7 @@ LABELS = {
     "contact_light_s": "time to contact, light (s)",
     "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
     "alarms_background": "false alarms, background (1/min)",
-    "us_99x72": "time per frame of 99x72 (µs, logarithmic)",
-    "us_320x180": "time per frame of 320x180 (µs, logarithmic)",
+    "us_99x72": "µs per frame of 99x72 (logarithmic)", "us_320x180": "µs per frame of 320x180 (logarithmic)",
 }  # fmt: skip
 """Measure -> its words in a figure."""
 CHANCE = {"direction_": 0.25, "auc_": 0.5}

@@ -17,7 +17,7 @@ from experiments.declare.outcome import REASONS
 from experiments.declare.study import WHOLE
 from experiments.draw import style
 from experiments.draw.robot import PAPER, panels
-from experiments.draw.terminal import SIGNS, seen_as
+from experiments.draw.terminal import SIGNS, is_unshown, not_run, seen_as
 from experiments.judge import stored
 from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, State
 from experiments.judge.verdict import Verdict
@@ -78,7 +78,7 @@ def report(folder: Path, design: Mapping[str, Any], runs: Sequence[Run]) -> str:
     return render(
         "paper/page.html.j2",
         summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in verdicts])],
-        scale=design["scale"], seed=design["seed"], whole=WHOLE, colours=palette.css(),
+        unshown=not_run(verdicts), scale=design["scale"], seed=design["seed"], whole=WHOLE, colours=palette.css(),
         full=FULL.replicates, least=LEAST_JUDGED,
         panels=data_uri(folder / "panels.svg"),
         groups=sorted(group(rows, "group").items()), chapters=sections, headings=GROUPS,
@@ -102,7 +102,7 @@ def _row(claim: Verdict, pooled: Mapping[str, Any], readings: Sequence[Mapping[s
         "group": 2 if count.state == "unjudged" else 0 if broken else 1,
         "id": claim.id, "title": claim.title or claim.says, "kind": seen_as(count), "sign": SIGNS[seen_as(count)],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
-        "why": unless,
+        "why": unless, "numbers": claim.numbers if claim.experiment else ("", ""), "unshown": is_unshown(claim),
         "evidence": [{"heading": name, "text": text} for name, text in evidence.items() if text],
         "figures": list(dict.fromkeys([*claim.experiment.split(", "), words.get("mechanism", "")])),
     }  # fmt: skip

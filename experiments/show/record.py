@@ -312,10 +312,7 @@ def _looks_of_series(model: RecordedModel) -> list[Chunk]:
         look = rr.SeriesLines(colors=rgb(palette.INK), names="azimuth", widths=LINE_WIDTH)
         chunks.append(fixed(f"{root}/azimuth", look))
     if levels := model.levels():
-        names = [
-            f"threshold {level:g} ({', '.join(palette.TITLES[owner] for owner in owners)})"
-            for level, owners in levels.items()
-        ]
+        names = [f"threshold {level:g} ({', '.join(owners)})" for level, owners in levels.items()]
         look = rr.SeriesLines(colors=[GREY] * len(levels), names=names, widths=[1.0] * len(levels))
         chunks.append(fixed(f"{root}/threshold", look))
     return chunks

@@ -82,7 +82,7 @@ def test_the_pages_take_their_colours_from_here():
     named = dict(re.findall(r"--([\w-]+): ([^;]+);", palette.css()))
     assert {name: named[name] for name in CHANNELS} == CHANNELS
     assert (named["brighter"], named["darker"]) == (BRIGHTER, DARKER)
-    for state, (light, dark, _) in VERDICTS.items():
+    for state, (light, dark, *_) in VERDICTS.items():
         assert re.findall("#[0-9a-f]{6}", named[state]) == [light, dark]
     report = Path(page.__file__).parent
     for style_sheet, html in ((report / "page.css", report / "page.html.j2"),
