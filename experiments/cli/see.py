@@ -19,6 +19,7 @@ from experiments.cli import options
 from experiments.kinds.tables import BEHAVIOURS, FITS, NAMES, OFFLINE, STUDIES, shipped
 from scenes import ARENA_ENDINGS, ARENAS
 
+OTHER = "; --trial N for another"
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
 MEANT = {
@@ -49,19 +50,18 @@ def view(
     if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
         return _view_scene(str(source), screenshot)
     one = source.is_file() or trial is not None or screenshot is not None
-    files = [recording(source, trial)] if one else recordings_in(source)
-    if not files:
-        raise UsageError(f"{source}: no such file, or no .rrd recordings in it")
+    first = recording(source, trial)
+    files = [first] if one else [first, *(path for path in recordings_in(source) if path != first)]
     if not web and screenshot is None:
         viewer.require_screen(f"view {source}: ", "use --web, or --screenshot FILE.png")
-    with interrupts.once():
-        if screenshot is None:
-            return viewer.show(files, web=web)
-        viewer.screenshot(files[0], screenshot)
     if source.is_dir() and trial is None:
         from experiments.draw.video import Reel  # not before: it loads matplotlib, which the viewer need not
 
-        out_console.print(f"{files[0].stem}: {Reel(files[0]).name}; --trial N for another")
+        out_console.print(f"{first.stem}: {Reel(first).name}{OTHER}")
+    with interrupts.once():
+        if screenshot is None:
+            return viewer.show(files, web=web)
+        viewer.screenshot(first, screenshot)
     return 0
 
 
@@ -146,7 +146,7 @@ def video(
         with progress(out.name, len(film_times(reel, fps, speed)[0]), quiet, "frames") as advance:
             make(reel, out, shape, fps, speed, advance)
     if not quiet:
-        show_places({"strip" if out.suffix == ".png" else "video" if out.suffix else "frames": out})
+        show_places({kind.split()[-1]: out, "of": path.stem + OTHER * (trial is None and source.is_dir())})
     return 0
 
 
