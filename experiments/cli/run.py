@@ -38,6 +38,7 @@ def run(
     eyes: Annotated[str, typer.Option(metavar="one|both", help="both: the robot's eye too, MODEL@ov7670.")] = "one",
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
+    truth: Annotated[bool, typer.Option("--truth", help="Store what truly moved in each frame too.")] = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
@@ -58,7 +59,7 @@ def run(
         raise UsageError("colias run: give an experiment, or --again RUN")
     asked = asked_of(
         experiment, seed=seed, repeats=repeats, eyes=eyes, models=model or (), only=only,
-        settings=options.settings(assignments), pictures=pictures, recordings=recordings,
+        settings=options.settings(assignments), pictures=pictures, recordings=recordings, truth=truth,
     )  # fmt: skip
     return options.finish(asked, out, pool)
 

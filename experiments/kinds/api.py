@@ -39,6 +39,7 @@ def run(
     pictures: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
+    truth: bool = False,
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
@@ -74,6 +75,8 @@ def run(
         is missing is done.
     recordings
         Whether to write a Rerun recording of each trial.
+    truth
+        Whether frames and recordings have what truly moved in each pixel: see "Compare with true motion".
     workers
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
@@ -99,7 +102,7 @@ def run(
     """
     asked = asked_of(
         experiment, seed=seed, repeats=repeats, eyes=eyes, models=models, only=only, settings=settings,
-        pictures=pictures, recordings=recordings,
+        pictures=pictures, recordings=recordings, truth=truth,
     )  # fmt: skip
     plan = planned(asked)
     return _performed(plan, "experiments.run", out, Workers(workers, cluster, quiet=quiet))
@@ -116,6 +119,7 @@ def asked_of(
     settings: Mapping[str, Any] | None = None,
     pictures: str | os.PathLike[str] | None = None,
     recordings: bool = True,
+    truth: bool = False,
 ) -> Asked:
     """Return what a call of `run` asks for, with its arguments.
 
@@ -124,7 +128,7 @@ def asked_of(
     Asked
         Of trials with the robot, or of clips, by the experiment.
     """
-    options: dict[str, Any] = {"eyes": eyes, "recordings": recordings}
+    options: dict[str, Any] = {"eyes": eyes, "recordings": recordings, **({"truth": True} if truth else {})}
     what: tuple[str, ...] = ()
     declared: Experiment | OfflineExperiment | None = None
     if isinstance(experiment, str | os.PathLike):

@@ -34,7 +34,7 @@ from experiments.settings.settings import Settings, assignments, check_counts
 from experiments.show import course
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable, varying
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
@@ -70,7 +70,7 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     asked
         What was asked for. Its options are ``eyes``, ``one`` or ``both``: each model sees through the model of the
         robot's eye too; ``pictures``, the folder of a user's own, of which the arena's wall has the first;
-        ``recordings`` and ``frames``, whether to keep these.
+        ``recordings`` and ``frames``, whether to keep these; ``truth``, whether frames have what truly moved.
 
     Returns
     -------
@@ -152,12 +152,13 @@ def _planned(
     pictures: Pictures | None,
 ) -> Plan[RobotTrial]:  # fmt: skip
     """Return the plan of checked trials; ``declared`` is the experiment before ``--set`` changed its design."""
-    trials, recordings = trials_of(experiment, settings, repeats, asked.seed), bool(asked.option("recordings", True))
+    truth, recordings = bool(asked.option("truth")), bool(asked.option("recordings", True))
+    trials = trials_of(experiment, settings, repeats, asked.seed, truth=truth)
     resolved, changed = resolve(asked, declared, experiment, settings, repeats, len(trials), pictures)
     return Plan(
         asked, experiment.name, trials, partial(work, recordings=recordings, frames=bool(asked.option("frames", True))),
-        {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, FRAME_SCHEMA), experiment, settings.models, changed,
-        random=is_random(settings),
+        {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, TRUE_FRAMES if truth else FRAME_SCHEMA), experiment,
+        settings.models, changed, random=is_random(settings),
     )  # fmt: skip
 
 

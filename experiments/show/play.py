@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import cv2
 import numpy as np
@@ -24,6 +24,9 @@ from experiments.base.user_code import traced
 from experiments.settings.models import ConfiguredModel, family
 from experiments.settings.settings import changed, collect
 from experiments.store.tables import FRAME, RESPONSES, TrialRecord, recording_of
+
+if TYPE_CHECKING:
+    from colias_sim import Truth
 
 FRAMES = pl.Schema({**FRAME, **RESPONSES})
 """Columns of ``frames.parquet``: a row per frame and model."""
@@ -45,12 +48,15 @@ class Sample:
         What is true of it, by name: poses, the motion shown, the outline of the object.
     changes
         Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
+    pixels
+        What each pixel truly shows, where that was asked for.
     """
 
     time_s: float
     image: npt.NDArray[np.uint8]
     truth: Mapping[str, Any]
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    pixels: Truth | None = None
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)

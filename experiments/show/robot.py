@@ -17,6 +17,7 @@ import polars as pl
 from colias_sim import OpenLoop, PathFollower, Robot, Schedule, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
+from colias_sim.truth import columns
 from experiments.base.errors import TrialError
 from experiments.base.streams import stream
 from experiments.base.user_code import sha256
@@ -26,8 +27,8 @@ from experiments.settings.models import ConfiguredModel
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
 from experiments.show.play import Sample, Trial
-from experiments.show.trial_rows import FRAME_SCHEMA, Windows, away_cm, responses, windows
-from experiments.store.tables import OBSERVER
+from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, Windows, away_cm, responses, windows
+from experiments.store.tables import OBSERVER, known
 
 MARK = "@"
 TRUE = "ov7670"
@@ -61,10 +62,13 @@ class RobotTrial(Trial):
     ----------
     settings
         What its apparatus is set to.
+    truth
+        Whether its frames have what each pixel truly shows.
     """
 
     models: tuple[ConfiguredModel, ...] = dataclasses.field(init=False, compare=False)
     settings: Settings
+    truth: bool = dataclasses.field(default=False, repr=False)  # it changes no frame
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "models", self.settings.models)
@@ -99,11 +103,15 @@ def trial_seed(seed: int, index: int) -> int:
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1)[0])
 
 
-def trials_of(experiment: Experiment, settings: Settings, repeats: int, seed: int) -> list[RobotTrial]:
+def trials_of(
+    experiment: Experiment, settings: Settings, repeats: int, seed: int, *, truth: bool = False
+) -> list[RobotTrial]:
     """Every trial, by rounds of all conditions: a run cut short stays balanced, and more repeats only append."""
     conditions = experiment.conditions()
     return [
-        RobotTrial(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
+        RobotTrial(
+            experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings, truth
+        )
         for index, condition in enumerate(conditions * repeats)
     ]
 
@@ -118,17 +126,19 @@ class _Scenes(threading.local):
 _SCENES = _Scenes()
 
 
-def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0) -> Simulation:
+def simulation(
+    robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0, *, truth: bool = False
+) -> Simulation:
     """The compiled scene, kept for this thread's next trials with the same settings: compiling costs as much as one.
 
     ``movers`` is the number of robots beside observer and stimulus.
     """
-    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, tuple(map(sha256, map(Path, files(scene)))))
+    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, truth, *map(sha256, map(Path, files(scene))))
     if key not in scenes:
         while len(scenes) >= MOST_SCENES:
             scenes.pop(next(iter(scenes))).close()
         further = {f"mover{i}": TRIAL_ROBOTS["stimulus"] for i in range(movers)}
-        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further})
+        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further}, truth=truth)
     scenes[key] = scenes.pop(key)  # the one that was used last
     return scenes[key]
 
@@ -169,13 +179,12 @@ class RobotSource:
         Frames so far.
     """
 
-    frame_columns = FRAME_SCHEMA
-
     def __init__(self, trial: RobotTrial, eye: CameraConfig) -> None:
         settings, condition = trial.settings, trial.condition
         self.trial, self.fps, self.shape = trial, eye.fps, (eye.height, eye.width)
+        self.frame_columns = TRUE_FRAMES if trial.truth else FRAME_SCHEMA
         scene = scene_of(condition, settings)
-        self.sim = simulation(settings.robot, eye, scene, len(condition.movers))
+        self.sim = simulation(settings.robot, eye, scene, len(condition.movers), truth=trial.truth)
         placing, scenery, self._noise = (
             stream(f"trial.{part}", trial.seed) for part in ("placing", "scenery", "noise")
         )
@@ -222,7 +231,11 @@ class RobotSource:
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
             truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
-        return Sample(frame.time, frame.luma, truth, changes)
+        pixels = self.sim.truth() if self.trial.truth else None
+        if pixels is not None:
+            things = set(self.sim.everyone) - {OBSERVER}
+            truth |= {name: known(value) for name, value in columns(pixels, things).items()}
+        return Sample(frame.time, frame.luma, truth, changes, pixels)
 
     def columns(self) -> dict[str, Any]:
         """Return the robot that sees, and the condition."""

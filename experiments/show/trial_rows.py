@@ -22,6 +22,7 @@ import numpy.typing as npt
 import polars as pl
 
 from colias_sim.config import CameraConfig
+from colias_sim.truth import COLUMNS
 from experiments.declare.checks import is_number
 from experiments.declare.conditions import CONDITION_COLUMNS, Condition
 from experiments.declare.experiment import Drawing
@@ -59,6 +60,8 @@ POSES = (
 
 TRIAL_SCHEMA = pl.Schema({**JOB, "robot": str, **columns_of(Condition), **RESPONDED})
 FRAME_SCHEMA = pl.Schema({**FRAME, "robot": str, "time_s": float, **RESPONSES, **dict.fromkeys(POSES, float)})
+TRUE_FRAMES = pl.Schema({**FRAME_SCHEMA, **dict.fromkeys(COLUMNS, pl.Float64())})
+"""Columns of ``frames.parquet`` of a run with truth."""
 
 
 def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
+from colias_sim.truth import COLUMNS
 from dsnn.model import MAP_SCALES
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import Angular, Egomotion, Experiment, Translation, visit
@@ -37,6 +38,20 @@ def test_same_specification_same_numbers_whatever_ran_before():
     assert Played(spec()).equals(first)
     robot.forget_simulations()  # a newly compiled scene, a new OpenGL context
     assert Played(spec(), maps=True).equals(first)
+
+
+def test_truth_adds_columns_of_what_is_in_view_and_changes_nothing():
+    plain = Played(spec(speed=20.0))
+    told = Played(dataclasses.replace(spec(speed=20.0), truth=True))
+    assert told.record.rows == plain.record.rows
+    frames = told.record.frames
+    assert frames.drop(COLUMNS).equals(plain.record.frames)
+    rightward, bearing = frames["true_flow_x"].to_numpy(), frames["stimulus_bearing_deg"].to_numpy()
+    assert np.isnan(rightward[np.abs(bearing) > 60]).all() and (rightward[np.abs(bearing) < 25] > 2).all()
+    near = int(np.abs(bearing).argmin())
+    width = 2 * math.degrees(math.asin(2.0 / plain.columns.stimulus_x_cm[near : near + 1].item()))
+    assert frames["true_width_deg"][near] == pytest.approx(width, rel=0.35)  # about: the lens is ahead of the middle
+    assert frames["true_interval_ms"].to_list()[1:] == pytest.approx([1000 / 30] * (frames.height - 1))
 
 
 @pytest.mark.parametrize("labels", [("dsnn", "dsn2017"), ("dsn2017", "dsnn")])
