@@ -28,8 +28,8 @@ DRAWN = np.array([1, 1, 1, 0, 0, 0], np.uint8)
 """Which of MuJoCo's groups of geoms are drawn, and hit by rays."""
 HIT = ("geom_xpos", "geom_xmat", "xipos", "ximat")
 """What of the state rays depend on: places and turns of geoms, and of the boxes around bodies."""
-TREMBLE = 1e-9
-"""Metres, and radians, below which a body rests. The physics let a robot at rest tremble by less."""
+TREMBLE = 1e-7
+"""Metres, and radians, of a frame below which a body rests: 3 um/s. A robot that settles trembles by a fiftieth."""
 SURFACE_M, SURFACE_SHARE = 2e-4, 1e-3
 """How far a point may be behind and before the surface at the pixels around it, in metres and as a share of its
 distance; otherwise a ray of its own says whether it was visible."""

@@ -4,6 +4,7 @@ A recording has these entities, on the timelines ``time`` (a duration) and ``fra
 
     /world/observer, stimulus, ...   pose and looks of robots, in cm; /world/observer/wheels where an agent drives
     /world/observer/camera           the pinhole, its image below it, and the exposure; further eyes camera_<eye>
+    /world/observer/camera/truth/... flow, depth and surface: what its pixels truly show, of a run with truth
     /world/arena, /world/path        floor, wall and obstacles; the ways of those that move
     /models/<model>/hs, vs, looming  potentials; also azimuth
     /models/<model>/spikes/<channel> spikes of each frame: above 0 of preferred motion (right, down), below of null
@@ -36,6 +37,7 @@ from rerun.chunk import Chunk
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.obstacles import Obstacle
 from colias_sim.shapes import robot_shapes
+from colias_sim.truth import Truth
 from dsnn import ResponseSeries
 from dsnn.model import SPIKING
 from experiments.base.palette import HUES, colours
@@ -60,6 +62,10 @@ LINE_WIDTH = 1.5
 SHADES = {"hs": 255, "vs": 255, "looming": 0}
 """Channel -> the grey that lightens (VS) or darkens (looming) its line, where another has the model's colour."""
 LAYERS = {"p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"}
+DEPTH_UNITS = 10_000
+"""Units of a recorded depth in a metre: 16 bits of them are 6.5 m."""
+ARROWS = 16
+"""Arrows of the flow along the longer side of a picture."""
 MOST_LANES = 4
 """Models below each other; more stand in columns."""
 
@@ -126,6 +132,8 @@ class Content:
         Triples of an entity, its series' names, and the heading: exposure, wheels, reward.
     above
         Whether the whole arena is seen from above; otherwise the observer from behind.
+    surfaces
+        Names of the geoms that pixels show; empty without truth.
     """
 
     models: tuple[RecordedModel, ...] = ()
@@ -137,6 +145,7 @@ class Content:
     maps: tuple[tuple[str, tuple[Colour, ...]], ...] = ()
     plots: tuple[tuple[str, tuple[str, ...], str], ...] = ()
     above: bool = False
+    surfaces: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +166,8 @@ class Frames:
         Layer -> images (T, R, C).
     plots
         Entity -> (T, k), a value of each series.
+    truth
+        Eye -> what its pixels truly show in each frame, T of them.
     """
 
     time_s: Floats
@@ -166,6 +177,7 @@ class Frames:
     poses: Mapping[str, Floats] = field(default_factory=dict)
     maps: Mapping[str, Images] = field(default_factory=dict)
     plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    truth: Mapping[str, Sequence[Truth]] = field(default_factory=dict)
 
 
 def write(
@@ -277,6 +289,11 @@ def static(content: Content) -> tuple[Chunk, ...]:
     for name, tints in content.maps:
         look = rr.AnnotationContext([rr.AnnotationInfo(id=grey, color=tint) for grey, tint in enumerate(tints)])
         chunks.append(fixed(f"{model_entity(content.models[0].label)}/maps/{name}", look))
+    for eye in content.eyes if content.surfaces else ():
+        hues = [rgb(HUES[place % len(HUES)]) for place in range(len(content.surfaces))]
+        infos = [rr.AnnotationInfo(0, "nothing", STILL)]
+        infos += [rr.AnnotationInfo(geom + 1, name, hues[geom]) for geom, name in enumerate(content.surfaces)]
+        chunks.append(fixed(f"{camera_entity(eye)}/truth/surface", rr.AnnotationContext(infos)))
     if content.scene is None:
         return tuple(chunks)
     chunks += [fixed("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP), *_arena(content)]
@@ -321,6 +338,8 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
         else:
             chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
             chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
+    for eye, truths in frames.truth.items():
+        chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
     for name, images in frames.maps.items():
         entity = f"{model_entity(content.models[0].label)}/maps/{name}"
         chunks += _pictures(entity, rr.SegmentationImage, images, when)
@@ -344,13 +363,39 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
     return chunks
 
 
-def _pictures(entity: str, kind: Any, images: Images, when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+def _truth(entity: str, truths: Sequence[Truth], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+    """Return flow as arrows on a grid, from where a point was to where it is, depth, and the geoms by number from 1."""
+    rows, columns = truths[0].depth_m.shape
+    step = -(-max(rows, columns) // ARROWS)
+    across, down = np.meshgrid(np.arange(step // 2, columns, step), np.arange(step // 2, rows, step))
+    flows = [truth.flow[down, across].reshape(-1, 2) for truth in truths]
+    shown = [np.hypot(*flow.T) > 0.0 for flow in flows]  # NaN is not
+    here = np.column_stack([across.ravel(), down.ravel()]) + 0.5
+    vectors = np.concatenate([flow[there] for flow, there in zip(flows, shown, strict=True)])
+    heads = np.concatenate([here[there] for there in shown])
+    arrows = rr.Arrows2D.columns(origins=heads - vectors, vectors=vectors)
+    depth = np.stack([np.nan_to_num(truth.depth_m, nan=0.0) * DEPTH_UNITS for truth in truths])
+    return [
+        fixed(f"{entity}/flow", rr.Arrows2D.from_fields(colors=[ON], radii=[0.15])),
+        chunk(f"{entity}/flow", when, arrows.partition([int(there.sum()) for there in shown])),
+        *_pictures(f"{entity}/depth", rr.DepthImage, np.rint(depth).astype(np.uint16), when, meter=DEPTH_UNITS),
+        *_pictures(
+            f"{entity}/surface", rr.SegmentationImage, np.stack([truth.geom + 1 for truth in truths]).astype(np.uint16),
+            when,
+        ),
+    ]  # fmt: skip
+
+
+def _pictures(
+    entity: str, kind: Any, images: npt.NDArray[np.uint8 | np.uint16], when: Sequence[rr.TimeColumn], **look: float
+) -> list[Chunk]:
     count, rows, columns = images.shape
-    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+    size = images.itemsize
+    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype=f"U{8 * size}")
     # By Arrow's own means, without a copy: from an array Rerun makes two.
-    ends = pa.array(np.arange(count + 1) * (rows * columns), pa.int32())  # raises where a list is too long
-    buffers = pa.ListArray.from_arrays(ends, images.ravel(), type=BLOB)
-    return [fixed(entity, kind.from_fields(format=form)), chunk(entity, when, kind.columns(buffer=buffers))]
+    ends = pa.array(np.arange(count + 1) * (rows * columns * size), pa.int32())  # raises where a list is too long
+    buffers = pa.ListArray.from_arrays(ends, images.ravel().view(np.uint8), type=BLOB)
+    return [fixed(entity, kind.from_fields(format=form, **look)), chunk(entity, when, kind.columns(buffer=buffers))]
 
 
 def _scalars(values: npt.NDArray[Any]) -> Iterable[Any]:
@@ -431,7 +476,18 @@ def views(content: Content) -> list[tuple[float, Any]]:
         top.append((5.0, _world(content)))
     for eye in content.eyes:
         name = f"what is seen{f' ({eye})' if eye else ''}"
-        top.append((4.0, rrb.Spatial2DView(origin=f"/{camera_entity(eye)}", name=name)))
+        place = f"/{camera_entity(eye)}"
+        contents = ["$origin/**", *(["- $origin/truth/**"] if content.surfaces else [])]
+        top.append((4.0, rrb.Spatial2DView(origin=place, contents=contents, name=name)))
+        if content.surfaces:
+            shown = {"flow": f"{place}/{IMAGE}", "depth": "", "surface": ""}
+            true = [
+                rrb.Spatial2DView(
+                    origin=place, name=f"true {part}", contents=[*filter(None, (under,)), f"{place}/truth/{part}"]
+                )
+                for part, under in shown.items()
+            ]
+            top.append((3.0, rrb.Vertical(*true)))
     if content.maps:
         label = content.models[0].label
         maps = [
@@ -471,6 +527,7 @@ def _world(content: Content) -> rrb.Spatial3DView:
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
     hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
+    hidden += [f"- /{camera_entity(eye)}/truth/**" for eye in content.eyes if content.surfaces]
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(
         origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),
