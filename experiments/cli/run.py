@@ -85,7 +85,7 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = results_folder(out, f"again-{Path(there.name).stem}").absolute()
     options.check_new(folder)
-    command, stored = _moved(run, there.description)
+    command, stored = moved(run, there.description)
     with contextlib.chdir(command["folder"]), begun_by(command):
         here = perform(planned(Asked.read(stored)), folder, pool)
     other = provenance.differences(provenance.moved(there.description, here.description), here.description)
@@ -103,14 +103,14 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     return options.EXIT_FAILED if here.failures.height else 0
 
 
-def _moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+def moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return a run's command and what was asked; where its folder is gone, as they are from where the run is now."""
     command, asked = description["command"], description[ASKED]
     if Path(then := command["folder"]).is_dir():
         return command, asked
     now = str((run / command["folder_from_run"]).resolve())
-    moved = json.loads(json.dumps([command, asked]).replace(f"{then}/", f"{now}/"))
-    return {**moved[0], "folder": now}, moved[1]
+    there = json.loads(json.dumps([command, asked]).replace(f"{then}/", f"{now}/"))
+    return {**there[0], "folder": now}, there[1]
 
 
 def watch(

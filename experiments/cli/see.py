@@ -5,6 +5,7 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,7 +22,7 @@ from scenes import ARENA_ENDINGS, ARENAS
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
 MEANT = {
-    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial"},
+    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial", "truth"},
     "a strip": {"trial", "size", "frames", "model"}, "a film": {"trial", "size", "fps", "speed", "model"},
 }  # fmt: skip
 """What ``colias video`` writes -> the options that it has."""
@@ -102,6 +103,9 @@ def video(
         float, typer.Option(min=0.01, max=100.0, help="Seconds of the recording in a second of the video.")
     ] = 1.0,
     frames: Annotated[int, typer.Option(min=1, max=12, help="Moments of a strip.")] = 6,
+    truth: Annotated[
+        bool, typer.Option("--truth", help="With a folder: a data set of what pixels truly show.")
+    ] = False,
     model: options.Models = None,
     assignments: options.Assignments = None,
     seed: options.Seed = 0,
@@ -113,6 +117,7 @@ def video(
     MP4 is H.264, which browsers and slides play, of 1280x720 px. WebP is a picture that moves, for pages. A strip has
     some moments side by side above the traces, for papers. Videos need the extra colias-sim[video]. Each model has a
     lane. A folder gets the pictures as the camera saw them; of a stimulus (--set, --seed, --jitter) also truth.csv.
+    With --truth a trial of RUN is played once more, and its flow, depth, surfaces, poses and responses are written too.
     """
     from dsnn.stimuli import STIMULI
     from experiments.base.console import progress, show_places
@@ -130,6 +135,9 @@ def video(
         raise UsageError(f"{names}: not an option of {kind}")
     if stimulus:
         _write_stimulus(str(source), out, assignments or (), seed, jitter)
+        return 0
+    if truth:
+        _write_data_set(source, trial, out)
         return 0
     path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
@@ -149,6 +157,19 @@ def video(
     return 0
 
 
+def _write_data_set(run: Path, trial: int | None, out: Path) -> None:
+    """Write a trial of a run with its truth, planned where the run's own command was given."""
+    from experiments.cli.run import moved
+    from experiments.kinds import data_set
+    from experiments.kinds.result import load
+    from experiments.store.asked import Asked
+
+    place = out.absolute()
+    command, asked = moved(run, load(run).description)
+    with contextlib.chdir(command["folder"]):
+        data_set.write(Asked.read(asked), trial, place)
+
+
 def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter: float) -> None:
     """Write a stimulus as pictures, and the truth about each of them as a table."""
     import numpy as np
@@ -156,14 +177,22 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
     from experiments.base.files import Files
     from experiments.declare.clip import find_stimulus
     from experiments.kinds.footage import clip_of
-    from experiments.show.clips import truth_of
+    from experiments.show.clips import true_motion, truth_of
     from experiments.store.recordings import write_pictures
 
     if out.suffix:
         raise UsageError(f"--out {out}: a stimulus is written into a folder; colias watch {name} records a video's run")
     clip = clip_of(find_stimulus(name), texts, jitter).build(seed)
     write_pictures(out, np.stack([frame.luma for frame in clip]), ".png")
-    rows = [{"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth)} for index, frame in enumerate(clip)]
+    rows = [
+        {
+            "frame": index,
+            "time_s": index / clip.fps,
+            **truth_of(frame.truth),
+            **true_motion(frame.truth, index, clip.fps),
+        }
+        for index, frame in enumerate(clip)
+    ]
     Files(out).write_rows("truth.csv", rows)
 
 

@@ -113,6 +113,8 @@ class Trial:
         What is shown. Its ``label()`` is its name in tables, its ``open(seed)`` the source of the frames.
     models
         The models that it is shown to.
+    truth
+        Whether its frames have what truly moved in them. It changes no frame.
     """
 
     experiment: str
@@ -121,6 +123,7 @@ class Trial:
     seed: int
     condition: Any
     models: tuple[ConfiguredModel, ...]
+    truth: bool = field(default=False, kw_only=True, repr=False)  # recordings are known by the rest
 
     def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
         """Open the source of each eye: its name, empty for the only one, and the models that see by it."""

@@ -391,7 +391,8 @@ def _pictures(
 ) -> list[Chunk]:
     count, rows, columns = images.shape
     size = images.itemsize
-    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype=f"U{8 * size}")
+    bits = rr.ChannelDatatype.U8 if size == 1 else rr.ChannelDatatype.U16
+    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype=bits)
     # By Arrow's own means, without a copy: from an array Rerun makes two.
     ends = pa.array(np.arange(count + 1) * (rows * columns * size), pa.int32())  # raises where a list is too long
     buffers = pa.ListArray.from_arrays(ends, images.ravel().view(np.uint8), type=BLOB)

@@ -62,13 +62,10 @@ class RobotTrial(Trial):
     ----------
     settings
         What its apparatus is set to.
-    truth
-        Whether its frames have what each pixel truly shows.
     """
 
     models: tuple[ConfiguredModel, ...] = dataclasses.field(init=False, compare=False)
     settings: Settings
-    truth: bool = dataclasses.field(default=False, repr=False)  # it changes no frame
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "models", self.settings.models)
@@ -110,7 +107,7 @@ def trials_of(
     conditions = experiment.conditions()
     return [
         RobotTrial(
-            experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings, truth
+            experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings, truth=truth
         )
         for index, condition in enumerate(conditions * repeats)
     ]
