@@ -16,7 +16,9 @@ import dsnn
 from experiments.base import interrupts
 from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.cli import options
+from experiments.cli.run import moved
 from experiments.kinds.tables import BEHAVIOURS, FITS, NAMES, OFFLINE, STUDIES, shipped
+from experiments.store.asked import Asked
 from scenes import ARENA_ENDINGS, ARENAS
 
 ENDINGS = (".mp4", ".webp", ".png")
@@ -122,7 +124,7 @@ def video(
     from dsnn.stimuli import STIMULI
     from experiments.base.console import progress, show_places
     from experiments.draw.video import Reel, film_times, make, strip
-    from experiments.store.recordings import pictures, recording, write_pictures
+    from experiments.store.recordings import recording
 
     if out.suffix and out.suffix not in ENDINGS:
         raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
@@ -136,20 +138,13 @@ def video(
     if stimulus:
         _write_stimulus(str(source), out, assignments or (), seed, jitter)
         return 0
-    if truth:
-        _write_data_set(source, trial, out)
-        return 0
-    path, shape = recording(source, trial), options.width_height(size)
+    shape = options.width_height(size)
     if not out.suffix:
-        seen = pictures(path)
-        if not seen:
-            raise UsageError(f"--out {out}: {path} has no pictures")
-        for camera, images in seen.items():
-            write_pictures(out / camera, images, ".png")
+        (_write_data_set if truth else _write_frames)(source, trial, out)
     elif out.suffix == ".png":
-        strip(Reel(path, model or ()), out, frames, shape)
+        strip(Reel(recording(source, trial), model or ()), out, frames, shape)
     else:
-        reel = Reel(path, model or ())
+        reel = Reel(recording(source, trial), model or ())
         with progress(out.name, len(film_times(reel, fps, speed)[0]), quiet, "frames") as advance:
             make(reel, out, shape, fps, speed, advance)
     if not quiet:
@@ -157,12 +152,22 @@ def video(
     return 0
 
 
+def _write_frames(source: Path, trial: int | None, out: Path) -> None:
+    """Write the frames of a recording, a folder for each camera."""
+    from experiments.store.recordings import pictures, recording, write_pictures
+
+    path = recording(source, trial)
+    seen = pictures(path)
+    if not seen:
+        raise UsageError(f"--out {out}: {path} has no pictures")
+    for camera, images in seen.items():
+        write_pictures(out / camera, images, ".png")
+
+
 def _write_data_set(run: Path, trial: int | None, out: Path) -> None:
     """Write a trial of a run with its truth, planned where the run's own command was given."""
-    from experiments.cli.run import moved
     from experiments.kinds import data_set
     from experiments.kinds.result import load
-    from experiments.store.asked import Asked
 
     place = out.absolute()
     command, asked = moved(run, load(run).description)

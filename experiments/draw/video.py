@@ -107,8 +107,7 @@ class Reel:
         self.values: dict[str, dict[str, Floats]] = {}
         self.levels: dict[str, list[float]] = {}
         self.tracks: dict[str, Floats] = {}
-        self.eyes: dict[str, Floats] = {}
-        self.flow: dict[float, Floats] = {}
+        self.eyes, self.flow = dict[str, Floats](), dict[float, Floats]()
         self.obstacles: list[Floats] = []
         self.properties: dict[str, Any] = {}
         found: dict[tuple[str, str], list[Floats]] = {}
@@ -130,7 +129,7 @@ class Reel:
             elif part and part[1] == "threshold":
                 self.levels[part[0]] = batch["Scalars:scalars"][0].as_py()
             elif entity == f"{FIRST}/{FLOW}":
-                self.flow |= dict(zip(times_of(batch).tolist(), map(_arrows, *_lists(batch)), strict=True))
+                self.flow |= _arrows(batch)
             elif CAMERA.fullmatch(entity):
                 found.setdefault(("eyes", entity), []).append(times_of(batch)[None])
             elif "Transform3D:translation" in names:
@@ -444,15 +443,13 @@ def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = 
         partial.write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())
 
 
-def _lists(batch: pa.RecordBatch) -> tuple[list[Any], list[Any]]:
-    """Return origins and vectors of a chunk's arrows, a list for each time."""
-    return batch["Arrows2D:origins"].to_pylist(), batch["Arrows2D:vectors"].to_pylist()
-
-
-def _arrows(origins: Sequence[Any] | None, vectors: Sequence[Any] | None) -> Floats:
-    """Return both ends of arrows, (N, 2, 2)."""
-    tails, ways = (np.array(ends or [], np.float64).reshape(-1, 2) for ends in (origins, vectors))
-    return np.stack([tails, tails + ways], axis=1)
+def _arrows(batch: pa.RecordBatch) -> dict[float, Floats]:
+    """Return both ends of a chunk's arrows, (N, 2, 2), by their time."""
+    both = [[np.array(ends or []).reshape(-1, 2) for ends in batch[f"Arrows2D:{name}"].to_pylist()]
+            for name in ("origins", "vectors")]  # fmt: skip
+    return {
+        time_s: np.stack([tails, tails + ways], 1) for time_s, tails, ways in zip(times_of(batch), *both, strict=True)
+    }
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:

@@ -476,18 +476,13 @@ def views(content: Content) -> list[tuple[float, Any]]:
     if content.scene is not None:
         top.append((5.0, _world(content)))
     for eye in content.eyes:
-        name = f"what is seen{f' ({eye})' if eye else ''}"
+        name = f"what is seen{', and its true flow' if content.surfaces else ''}{f' ({eye})' if eye else ''}"
         place = f"/{camera_entity(eye)}"
-        contents = ["$origin/**", *(["- $origin/truth/**"] if content.surfaces else [])]
+        apart = ("depth", "surface") if content.surfaces else ()
+        contents = ["$origin/**", *(f"- $origin/truth/{part}" for part in apart)]
         top.append((4.0, rrb.Spatial2DView(origin=place, contents=contents, name=name)))
-        if content.surfaces:
-            shown = {"flow": f"{place}/{IMAGE}", "depth": "", "surface": ""}
-            true = [
-                rrb.Spatial2DView(
-                    origin=place, name=f"true {part}", contents=[*filter(None, (under,)), f"{place}/truth/{part}"]
-                )
-                for part, under in shown.items()
-            ]
+        if apart:
+            true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
             top.append((3.0, rrb.Vertical(*true)))
     if content.maps:
         label = content.models[0].label
