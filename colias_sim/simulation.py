@@ -283,7 +283,7 @@ class Simulation:
         Raises
         ------
         ValueError
-            ``since`` is out of range, there is no frame yet, or the simulation was made without ``truth=True``.
+            ``since`` is out of range, or the simulation was made without ``truth=True``.
         """
         rays = self.camera(self.eye_of).rays
         if rays is None:

@@ -37,10 +37,10 @@ ROUNDING = 1e-6
 """Share of its distance by which a ray may end before the point that it aims at."""
 
 COLUMNS = (
-    "true_flow_x", "true_flow_y", "true_share", "true_width_deg", "true_image_speed_deg_s", "true_time_to_contact_s",
-    "true_heading_deg", "true_interval_ms",
+    "true_flow_x", "true_flow_y", "true_view_x", "true_view_y", "true_share", "true_width_deg",
+    "true_image_speed_deg_s", "true_time_to_contact_s", "true_heading_deg", "true_interval_ms",
 )  # fmt: skip
-"""The numbers that `columns` computes."""
+"""The numbers that `Truth.columns` computes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,53 +99,77 @@ class Truth:
         geoms = [index for index, name in enumerate(self.geoms) if name in things]
         return np.asarray(np.isin(self.robot, robots) | np.isin(self.geom, geoms))
 
+    def errors(self, flow: npt.NDArray[np.floating], least_px: float = 0.5) -> tuple[float, float]:
+        """Compare an estimate of the flow with the true one, over the pixels that truly move.
 
-def columns(truth: Truth, things: Collection[str]) -> dict[str, float]:
-    """Summarise a frame's truth: the stimulus in the picture, and the observer's way.
+        Parameters
+        ----------
+        flow
+            (R, C, 2): the estimate, px since the frame before, right and down positive.
+        least_px
+            The least motion of a pixel that counts.
 
-    Parameters
-    ----------
-    truth
-        The truth.
-    things
-        Names of the robots, or of the geoms, that are the stimulus.
+        Returns
+        -------
+        end_point : float
+            Mean distance of the estimated from the true motion, px; NaN where nothing moves.
+        angular : float
+            Mean angle between (right, down, 1 px) of both, degrees (Barron, Fleet and Beauchemin 1994, IJCV 12).
+        """
+        moving = np.hypot(self.flow[..., 0], self.flow[..., 1]) >= least_px
+        if not moving.any():
+            return math.nan, math.nan
+        true, other = (np.insert(np.asarray(one[moving], np.float64), 2, 1.0, axis=1) for one in (self.flow, flow))
+        off, turn = np.linalg.norm(true - other, axis=1), np.linalg.norm(np.cross(true, other), axis=1)
+        return float(off.mean()), float(np.degrees(np.arctan2(turn, (true * other).sum(axis=1))).mean())
 
-    Returns
-    -------
-    dict of str to float
-        The `COLUMNS`; docs/reference/files.md has their equations. NaN where there is none.
-    """
-    (height, width), focal = truth.depth_m.shape, truth.focal_px
-    mask = truth.mask(things)
-    found = dict.fromkeys(COLUMNS, math.nan) | {"true_interval_ms": float(truth.interval_ms.mean())}
-    right, _, ahead = truth.translation_m.tolist()
-    if math.hypot(right, ahead) > TREMBLE:
-        found["true_heading_deg"] = math.degrees(math.atan2(right, ahead))
-    if not mask.any():
+    def columns(self, things: Collection[str]) -> dict[str, float]:
+        """Summarise the frame: the stimulus in the picture, and the observer's way.
+
+        Parameters
+        ----------
+        things
+            Names of the robots, or of the geoms, that are the stimulus.
+
+        Returns
+        -------
+        dict of str to float
+            The `COLUMNS`; docs/reference/files.md has their equations. NaN where there is none.
+        """
+        (height, width), focal = self.depth_m.shape, self.focal_px
+        mask = self.mask(things)
+        found = dict.fromkeys(COLUMNS, math.nan) | {"true_interval_ms": float(self.interval_ms.mean())}
+        right, _, ahead = self.translation_m.tolist()
+        if math.hypot(right, ahead) > TREMBLE:
+            found["true_heading_deg"] = math.degrees(math.atan2(right, ahead))
+        known = np.isfinite(self.flow[..., 0])
+        if known.any():
+            found["true_view_x"], found["true_view_y"] = self.flow[known].mean(axis=0, dtype=np.float64).tolist()
+        if not mask.any():
+            return found
+        seen = np.flatnonzero(mask.any(axis=0))
+        ends = (float(seen[0]) - width / 2) / focal, (float(seen[-1]) + 1 - width / 2) / focal
+        found["true_share"] = float(mask.mean())
+        found["true_width_deg"] = math.degrees(math.atan(ends[1]) - math.atan(ends[0]))
+        rows, places = np.nonzero(mask & known)
+        if not rows.size:
+            return found
+        flow = self.flow[rows, places].astype(np.float64)
+        found["true_flow_x"], found["true_flow_y"] = flow.mean(axis=0).tolist()
+        seconds = found["true_interval_ms"] / 1000
+        now = (np.stack([places, rows], axis=1) - np.array([width - 1, height - 1]) / 2) / focal
+        before = now - flow / focal
+        one, other = (np.append(part.mean(axis=0), 1.0) for part in (now, before))
+        turn = math.atan2(float(np.linalg.norm(np.cross(one, other))), float(one @ other))
+        away = np.hypot(1.0, np.hypot(*now.T)) * self.depth_m[rows, places]
+        nearest = int(away.argmin())
+        was = math.hypot(1.0, *before[nearest]) * float(self.depth_before_m[rows[nearest], places[nearest]])
+        closing = was - float(away[nearest])
+        if seconds > 0.0:
+            found["true_image_speed_deg_s"] = math.degrees(turn) / seconds
+            if closing > ROUNDING * was:
+                found["true_time_to_contact_s"] = float(away[nearest]) * seconds / closing
         return found
-    seen = np.flatnonzero(mask.any(axis=0))
-    ends = (float(seen[0]) - width / 2) / focal, (float(seen[-1]) + 1 - width / 2) / focal
-    found["true_share"] = float(mask.mean())
-    found["true_width_deg"] = math.degrees(math.atan(ends[1]) - math.atan(ends[0]))
-    rows, places = np.nonzero(mask & np.isfinite(truth.flow[..., 0]))
-    if not rows.size:
-        return found
-    flow = truth.flow[rows, places].astype(np.float64)
-    found["true_flow_x"], found["true_flow_y"] = flow.mean(axis=0).tolist()
-    seconds = found["true_interval_ms"] / 1000
-    now = (np.stack([places, rows], axis=1) - np.array([width - 1, height - 1]) / 2) / focal
-    before = now - flow / focal
-    one, other = (np.append(part.mean(axis=0), 1.0) for part in (now, before))
-    turn = math.atan2(float(np.linalg.norm(np.cross(one, other))), float(one @ other))
-    away = np.hypot(1.0, np.hypot(*now.T)) * truth.depth_m[rows, places]
-    nearest = int(away.argmin())
-    was = math.hypot(1.0, *before[nearest]) * float(truth.depth_before_m[rows[nearest], places[nearest]])
-    closing = was - float(away[nearest])
-    if seconds > 0.0:
-        found["true_image_speed_deg_s"] = math.degrees(turn) / seconds
-        if closing > ROUNDING * was:
-            found["true_time_to_contact_s"] = float(away[nearest]) * seconds / closing
-    return found
 
 
 class _Moment(NamedTuple):
@@ -262,12 +286,10 @@ class Rays:
         Raises
         ------
         ValueError
-            There is no frame yet, or ``since`` is out of range.
+            ``since`` is out of range.
         """
         if not 1 <= since <= MOST_SINCE:
             raise ValueError(f"since must be between 1 and {MOST_SINCE}, got {since}")
-        if not self._pictures:
-            raise ValueError("truth() before the first frame: call step() first")
         now, before = self._pictures[-1], self._pictures[-1 - since] if len(self._pictures) > since else None
         geom, distance = self._met(now)
         flow, depth_before = np.full((2, len(geom)), np.nan), np.full(len(geom), np.nan)

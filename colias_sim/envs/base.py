@@ -396,7 +396,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         Raises
         ------
         ValueError
-            There is no frame yet, or the env was made without ``truth=True``.
+            ``since`` is out of range, or the env was made without ``truth=True``.
         """
         return self._sim.truth(since)
 
@@ -472,10 +472,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     def _true_motion(self) -> dict[str, float]:
         """Summarise what truly moved in the last frame: the robots that drive, or the wall where none does."""
-        from colias_sim.truth import columns  # late, as MuJoCo
-
         others = set(self._sim.robots) - {self._observer.name}
-        return columns(self.truth(), others or {"wall"}) if self.options.truth else {}
+        return self.truth().columns(others or {"wall"}) if self.options.truth else {}
 
     def _check_open(self) -> None:
         if self._closed:

@@ -182,7 +182,7 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
     from experiments.base.files import Files
     from experiments.declare.clip import find_stimulus
     from experiments.kinds.footage import clip_of
-    from experiments.show.clips import true_motion, truth_of
+    from experiments.show.clips import truth_of
     from experiments.store.recordings import write_pictures
 
     if out.suffix:
@@ -190,12 +190,7 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
     clip = clip_of(find_stimulus(name), texts, jitter).build(seed)
     write_pictures(out, np.stack([frame.luma for frame in clip]), ".png")
     rows = [
-        {
-            "frame": index,
-            "time_s": index / clip.fps,
-            **truth_of(frame.truth),
-            **true_motion(frame.truth, index, clip.fps),
-        }
+        {"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth, index, clip.fps)}
         for index, frame in enumerate(clip)
     ]
     Files(out).write_rows("truth.csv", rows)

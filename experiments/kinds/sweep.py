@@ -27,7 +27,7 @@ from experiments.settings.settings import assignments
 from experiments.show import clips
 from experiments.show.play import FRAMES, Trial, tabulate
 from experiments.show.play import show as shown_to
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_TRIALS
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, filled
@@ -84,12 +84,13 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
 def plan_of(sweep: Sweep, asked: Asked) -> Plan[Any]:
     """Return the plan of a checked sweep. Its trials leave neither recordings nor frames."""
     on_clips, probe = isinstance(sweep.specs[0].condition, Clip), sweep.study.probe
+    robot = TRUE_TRIALS if sweep.specs[0].truth else TRIAL_SCHEMA
     done: Any = partial(play_clip, frames=False) if on_clips else trials.work
     return Plan(
         asked, sweep.study.name, sweep.specs, partial(_probed, columns=probe[0]) if probe else done,
         {**sweep.resolved, "experiment": sweep.study.name},
         (clips.TRIALS, FRAMES) if on_clips
-        else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
+        else (robot | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         sweep, parameters=sweep.parameters, things="clips" if on_clips else "trials",
     )  # fmt: skip
 

@@ -34,7 +34,7 @@ from experiments.settings.settings import Settings, assignments, check_counts
 from experiments.show import course
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, drawable, varying
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, TRUE_TRIALS, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
@@ -154,11 +154,12 @@ def _planned(
     """Return the plan of checked trials; ``declared`` is the experiment before ``--set`` changed its design."""
     truth, recordings = bool(asked.option("truth")), bool(asked.option("recordings", True))
     trials = trials_of(experiment, settings, repeats, asked.seed, truth=truth)
+    tables = (TRUE_TRIALS, TRUE_FRAMES) if truth else (TRIAL_SCHEMA, FRAME_SCHEMA)
     resolved, changed = resolve(asked, declared, experiment, settings, repeats, len(trials), pictures)
     return Plan(
         asked, experiment.name, trials, partial(work, recordings=recordings, frames=bool(asked.option("frames", True))),
-        {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, TRUE_FRAMES if truth else FRAME_SCHEMA), experiment,
-        settings.models, changed, random=is_random(settings),
+        {**resolved, "recordings": recordings}, tables, experiment, settings.models, changed,
+        random=is_random(settings),
     )  # fmt: skip
 
 

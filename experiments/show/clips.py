@@ -122,10 +122,8 @@ class ClipSource:
 
     def __iter__(self) -> Iterator[Sample]:
         for index, frame in enumerate(self.stimulus):
-            truth = truth_of(frame.truth)
-            shown = {name: truth[name] for name in ("motion", *BOX)}
-            more = true_motion(frame.truth, index, self.fps) if self._truth else {}
-            yield Sample(index / self.fps, frame.luma, {**shown, **more})
+            truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
+            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX, *more)})
 
     def columns(self) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
@@ -163,23 +161,19 @@ class ClipSource:
         }
 
 
-def truth_of(truth: Truth) -> dict[str, Any]:
-    """Return what is true of a frame, as columns: ``None`` where there is no object, or no contact."""
+def truth_of(truth: Truth, index: int, fps: float) -> dict[str, Any]:
+    """Return what is true of frame ``index``, as columns: ``None`` where there is no object, or no contact.
+
+    Those of `TRUE` have the names and the meaning that trials with the robot have.
+    """
     box, (across, down) = truth.box, truth.velocity or (None, None)
     outline = (None,) * 4 if box is None else (box.left, box.top, box.width, box.height)
     ways = zip(("background_x_px_s", "background_y_px_s"), truth.background_velocity, strict=True)
+    contact, moved = truth.time_to_contact_s, (index and truth.velocity) or None
     return {
         "motion": truth.motion, **dict(zip(BOX, outline, strict=True)), "velocity_x_px_s": across,
-        "velocity_y_px_s": down, **dict(ways), "time_to_contact_s": truth.time_to_contact_s,
-    }  # fmt: skip
-
-
-def true_motion(truth: Truth, index: int, fps: float) -> dict[str, float | None]:
-    """Return what truly moved since frame ``index - 1``, by the names that trials with the robot have."""
-    across, down = (None, None) if truth.velocity is None or not index else truth.velocity
-    contact = truth.time_to_contact_s
-    return {
-        "true_flow_x": None if across is None else across / fps, "true_flow_y": None if down is None else down / fps,
+        "velocity_y_px_s": down, **dict(ways), "time_to_contact_s": contact,
+        "true_flow_x": moved and moved[0] / fps, "true_flow_y": moved and moved[1] / fps,
         "true_time_to_contact_s": contact if contact is not None and contact > 0.0 else None,
         "true_interval_ms": 1000.0 / fps if index else None,
     }  # fmt: skip

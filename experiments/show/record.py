@@ -290,9 +290,8 @@ def static(content: Content) -> tuple[Chunk, ...]:
         look = rr.AnnotationContext([rr.AnnotationInfo(id=grey, color=tint) for grey, tint in enumerate(tints)])
         chunks.append(fixed(f"{model_entity(content.models[0].label)}/maps/{name}", look))
     for eye in content.eyes if content.surfaces else ():
-        hues = [rgb(HUES[place % len(HUES)]) for place in range(len(content.surfaces))]
-        infos = [rr.AnnotationInfo(0, "nothing", STILL)]
-        infos += [rr.AnnotationInfo(geom + 1, name, hues[geom]) for geom, name in enumerate(content.surfaces)]
+        named = enumerate(("nothing", *content.surfaces))
+        infos = [rr.AnnotationInfo(place, name, rgb(HUES[place % len(HUES)])) for place, name in named]
         chunks.append(fixed(f"{camera_entity(eye)}/truth/surface", rr.AnnotationContext(infos)))
     if content.scene is None:
         return tuple(chunks)

@@ -17,7 +17,6 @@ import polars as pl
 from colias_sim import OpenLoop, PathFollower, Robot, Schedule, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.simulation import TRIAL_ROBOTS
-from colias_sim.truth import columns
 from experiments.base.errors import TrialError
 from experiments.base.streams import stream
 from experiments.base.user_code import sha256
@@ -27,7 +26,7 @@ from experiments.settings.models import ConfiguredModel
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
 from experiments.show.play import Sample, Trial
-from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, Windows, away_cm, responses, windows
+from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, Windows, agreement, away_cm, responses, windows
 from experiments.store.tables import OBSERVER, known
 
 MARK = "@"
@@ -231,7 +230,7 @@ class RobotSource:
         pixels = self.sim.truth() if self.trial.truth else None
         if pixels is not None:
             things = set(self.sim.everyone) - {OBSERVER}
-            truth |= {name: known(value) for name, value in columns(pixels, things).items()}
+            truth |= {name: known(value) for name, value in pixels.columns(things).items()}
         return Sample(frame.time, frame.luma, truth, changes, pixels)
 
     def columns(self) -> dict[str, Any]:
@@ -259,7 +258,8 @@ class RobotSource:
                 "darkest": frames["darkest"].min(),
                 "brightest": frames["brightest"].max(),
             }
-        return {**self._of_stimulus, **responses(model, frames, self._parts, settings.camera.fps)}
+        compared = agreement(frames) if self.trial.truth else {}
+        return {**self._of_stimulus, **responses(model, frames, self._parts, settings.camera.fps), **compared}
 
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return the speed that the stimulus reached, and how far it was off its path."""

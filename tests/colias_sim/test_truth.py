@@ -13,7 +13,7 @@ import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
 from colias_sim.offscreen import Offscreen
-from colias_sim.truth import COLUMNS, columns
+from colias_sim.truth import COLUMNS
 
 IDEAL = CameraConfig.ideal()
 FOCAL, ROWS, COLUMNS_PX = 49.5 / math.tan(math.radians(35)), 72, 99
@@ -186,7 +186,7 @@ def test_mirrored_scenes_have_mirrored_flow():
     both = np.isfinite(one.flow[..., 0]) & np.isfinite(other.flow[:, ::-1, 0]) & off_outlines(one.robot)
     mirrored = other.flow[:, ::-1] * np.array([-1.0, 1.0])
     assert both.mean() > 0.8 and np.abs(one.flow - mirrored)[both].max() < 0.02
-    named = columns(one, ["stimulus"]), columns(other, ["stimulus"])
+    named = one.columns(["stimulus"]), other.columns(["stimulus"])
     for name in ("true_flow_x", "true_heading_deg"):
         assert named[0][name] == pytest.approx(-named[1][name], abs=0.02) and named[0][name] != 0.0
 
@@ -270,7 +270,7 @@ def test_frames_further_back():
     """A body that keeps its speed has moved by as many times its way of a frame; six frames are remembered."""
     for number, (sim, _) in enumerate(steps(IDEAL, 10, truth=True)):
         assert np.isnan(sim.truth(since=6).interval_ms).all() == (number < 6)
-    one, six = columns(sim.truth(), ["stimulus"]), columns(sim.truth(since=6), ["stimulus"])
+    one, six = sim.truth().columns(["stimulus"]), sim.truth(since=6).columns(["stimulus"])
     assert six["true_interval_ms"] == pytest.approx(200.0) and one["true_interval_ms"] == pytest.approx(1000 / 30)
     assert six["true_flow_x"] == pytest.approx(6 * one["true_flow_x"], rel=0.1)
     with pytest.raises(ValueError, match="between 1 and 6, got 7"):
@@ -297,7 +297,7 @@ def test_the_rows_of_a_rolling_shutter_have_moments_of_their_own():
 def test_the_columns_of_an_approach_and_a_crossing_are_those_of_geometry():
     before, truth = played("approach")
     speed = 30 * (before[2]["stimulus"].x - truth[2]["stimulus"].x)
-    named, gap = columns(truth[0], ["stimulus"]), truth[2]["stimulus"].x - RADIUS - 0.0195
+    named, gap = truth[0].columns(["stimulus"]), truth[2]["stimulus"].x - RADIUS - 0.0195
     off = math.atan2(truth[2]["stimulus"].y, gap + RADIUS)
     nearest = (gap + RADIUS) / math.cos(off) - RADIUS
     assert set(named) == set(COLUMNS)
@@ -307,8 +307,21 @@ def test_the_columns_of_an_approach_and_a_crossing_are_those_of_geometry():
     assert named["true_width_deg"] == pytest.approx(2 * half, abs=1.5)
     assert named["true_share"] == pytest.approx(truth[0].mask(["stimulus"]).mean())
     crossing = played("crossing")[-1]
-    named, away = columns(crossing[0], ["stimulus"]), crossing[2]["stimulus"].x - 0.0195 - RADIUS
+    named, away = crossing[0].columns(["stimulus"]), crossing[2]["stimulus"].x - 0.0195 - RADIUS
     assert named["true_image_speed_deg_s"] == pytest.approx(math.degrees(0.06 / away), rel=0.15)
-    assert math.isnan(columns(crossing[0], ["nothing"])["true_share"])
-    ahead = columns(played("drive")[-1][0], ["wall"])["true_heading_deg"]
+    assert math.isnan(crossing[0].columns(["nothing"])["true_share"])
+    ahead = played("drive")[-1][0].columns(["wall"])["true_heading_deg"]
     assert ahead == pytest.approx(0.0, abs=0.5)
+
+
+def test_errors_of_an_estimate_are_those_worked_by_hand():
+    """2.2 px to the right: half of it is off by 1.1 px and by atan 2.2 - atan 1.1; the truth itself by nothing."""
+    truth = played("crossing")[-1][0]
+    assert truth.errors(truth.flow) == (0.0, 0.0)
+    moving = truth.flow[np.hypot(truth.flow[..., 0], truth.flow[..., 1]) >= 0.5].astype(float)
+    assert np.abs(moving[:, 1]).max() < 0.01
+    end_point, angular = truth.errors(truth.flow / 2)
+    right = moving[:, 0]
+    assert end_point == pytest.approx(right.mean() / 2, abs=1e-3)
+    assert angular == pytest.approx(np.degrees(np.arctan(right) - np.arctan(right / 2)).mean(), abs=0.01)
+    assert all(map(math.isnan, truth.errors(truth.flow, least_px=100.0)))
