@@ -95,9 +95,8 @@ class Truth:
         ndarray of bool
             (R, C).
         """
-        robots = [index for index, name in enumerate(self.robots) if name in things]
-        geoms = [index for index, name in enumerate(self.geoms) if name in things]
-        return np.asarray(np.isin(self.robot, robots) | np.isin(self.geom, geoms))
+        robots, geoms = (np.array([*(name in things for name in names), False]) for names in (self.robots, self.geoms))
+        return np.asarray(robots[self.robot] | geoms[self.geom])  # -1 finds the last
 
     def errors(self, flow: npt.NDArray[np.floating], least_px: float = 0.5) -> tuple[float, float]:
         """Compare an estimate of the flow with the true one, over the pixels that truly move.
