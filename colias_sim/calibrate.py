@@ -1,12 +1,11 @@
-"""Calibrate a simulated or a real camera from its frames: noise, edges, tone and exposure.
+"""Calibrate a simulated or a real camera from its frames: noise, edges and exposure.
 
 Each function takes frames of any camera, (T, R, C) or (R, C), and needs no simulator. Its results are settings of
 `colias_sim.CameraConfig`. The tests check that it recovers the simulated camera's own settings.
 
 References
 ----------
-EMVA 1288, Release 4.0: photon transfer, and the correction of spatial variance for temporal noise. ISO 12233: the
-slanted edge.
+EMVA 1288, Release 4.0: photon transfer.
 """
 
 from __future__ import annotations
@@ -18,12 +17,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_INPUTS, UNIT_CONTRAS
-
 __all__ = [
-    "CalibrationError", "contrast_and_brightness", "control_zone", "edge_columns", "edge_rows", "exposure_loop",
-    "falloff_exponent", "fixed_pattern", "gamma_points", "lean", "noise_levels", "photon_transfer", "row_time_us",
-    "transfer", "unsteadiness",
+    "CalibrationError", "control_zone", "edge_columns", "edge_rows", "exposure_loop", "lean", "noise_levels",
+    "photon_transfer", "row_time_us", "unsteadiness",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -48,10 +44,6 @@ LEAST_PIXELS = 30
 """Minimum number of pixels in a bin of grey levels."""
 LEAST_ROWS = 8
 """Minimum number of rows to measure the lean of an edge."""
-MARGIN = 2.0
-"""A step of a chart counts if its luma is this many grey levels from 0 and from 255, because clipping bends the
-line."""
-
 SATURATED = 0.005
 """Share of clipped pixels from which on a picture's mean is no longer proportional to its exposure."""
 REST = 0.002
@@ -217,42 +209,7 @@ def photon_transfer(levels: Sequence[NoiseLevels], gain: float = 1.0) -> tuple[f
     return math.sqrt(max(float(slope), 0.0) * 255.0 / gain), math.sqrt(max(float(dark), 0.0)) / gain
 
 
-def fixed_pattern(frames: Images) -> float:
-    """Measure the fixed pattern: the pixels' differences on an evenly lit patch, without temporal noise.
-
-    Parameters
-    ----------
-    frames
-        Frames of an evenly lit patch, (T, R, C). Shading up to the second order is subtracted.
-
-    Returns
-    -------
-    float
-        Its sd in grey levels, from the spatial variance of the mean frame minus the temporal noise in it. It is 0 if
-        noise explains everything. The simulated camera has no fixed pattern.
-
-    Raises
-    ------
-    CalibrationError
-        There is only one frame, which cannot separate the pattern from noise.
-
-    References
-    ----------
-    EMVA 1288, Release 4.0: the correction of spatial variance for temporal noise.
-    """
-    if len(frames) < 2:
-        raise CalibrationError(f"the fixed pattern takes 2 or more frames of the lit patch, got {len(frames)}")
-    stack = frames.astype(np.float64)
-    mean, temporal = stack.mean(0), float(stack.var(0, ddof=1).mean())
-    y, x = (axis.ravel() / max(axis.max(), 1) for axis in np.indices(mean.shape))
-    basis = np.stack([np.ones_like(x), x, y, x * y, x * x, y * y], axis=1)
-    shading, *_ = np.linalg.lstsq(basis, mean.ravel(), rcond=None)
-    left = mean.ravel() - basis @ shading
-    spatial = float((left**2).sum()) / (left.size - basis.shape[1])
-    return math.sqrt(max(spatial - temporal / len(frames), 0.0))
-
-
-# Edges: the time between rows, and blur.
+# Edges: the time between rows.
 
 
 def edge_rows(luma: Images, empty: Floats) -> Whole:
@@ -377,145 +334,6 @@ def row_time_us(leans: Sequence[float], speeds_px_s: Sequence[float]) -> float:
     if speed.min() < 0.0 < speed.max():
         return 1e6 * float(np.polyfit(speed, lean_px, 1)[0])
     return 1e6 * float((lean_px * speed).sum() / (speed**2).sum())
-
-
-def transfer(luma: Images, angle_deg: float = 5.0) -> tuple[Floats, Floats]:
-    """Measure the modulation transfer at a slanted edge.
-
-    Parameters
-    ----------
-    luma
-        A frame (R, C) of an edge through its middle, dark on the left.
-    angle_deg
-        Angle between the edge and the columns, in degrees.
-
-    Returns
-    -------
-    tuple of ndarray
-        Frequencies in cycles per pixel, and the transfer: the spectrum of the derivative of the edge's profile, sampled
-        in quarters of a pixel.
-
-    References
-    ----------
-    ISO 12233.
-    """
-    rows, columns = np.indices(luma.shape)
-    tangent = math.tan(math.radians(angle_deg))
-    across = columns - (luma.shape[1] / 2 + tangent * (rows - luma.shape[0] / 2))
-    bins = np.floor(4.0 * across * math.cos(math.radians(angle_deg))).astype(int)
-    used = (np.abs(bins) < 100) & (rows > 8) & (rows < luma.shape[0] - 8)
-    count = np.bincount(bins[used] + 100)
-    profile = np.bincount(bins[used] + 100, luma[used].astype(float))[1:] / count[1:]
-    spread = np.diff(profile) * np.hanning(len(profile) - 1)
-    frequency = np.asarray(np.fft.rfftfreq(len(spread), 0.25), np.float64)
-    return frequency, np.abs(np.fft.rfft(spread)) / np.abs(spread.sum())
-
-
-# Tone and falloff.
-
-
-def gamma_points(grey: Floats, luma: Floats) -> Floats:
-    """Measure a gamma curve at its registers' inputs: ``gamma_points`` of `colias_sim.CameraConfig`.
-
-    Parameters
-    ----------
-    grey
-        Grey of each step of a chart before the curve, (N,): proportional to the light, 255 at saturation.
-    luma
-        Mean luma of each step, (N,), in grey levels.
-
-    Returns
-    -------
-    ndarray
-        GAM1 to GAM15, (15,), in grey levels, by linear interpolation between the steps. Without a curve they equal its
-        inputs.
-
-    Raises
-    ------
-    CalibrationError
-        The steps do not span the curve's inputs.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from colias_sim.calibrate import gamma_points
-    >>> grey = np.linspace(0.0, 255.0, 40)
-    >>> gamma_points(grey, grey).round(6)[:4].tolist()
-    [4.0, 8.0, 16.0, 32.0]
-    """
-    if grey.min() > GAMMA_INPUTS[0] or grey.max() < GAMMA_INPUTS[-1]:
-        wanted = f"{GAMMA_INPUTS[0]} to {GAMMA_INPUTS[-1]}"
-        raise CalibrationError(f"the chart's steps must span grey {wanted}, got {grey.min():.0f} to {grey.max():.0f}")
-    order = np.argsort(grey)
-    return np.interp(GAMMA_INPUTS, grey[order], luma[order])
-
-
-def contrast_and_brightness(grey: Floats, luma: Floats, center: float = CONTRAS_CENTER_RESET) -> tuple[float, float]:
-    """Fit contrast and brightness to a chart of grey steps.
-
-    Parameters
-    ----------
-    grey
-        Grey of each step before contrast and brightness, (N,): the chart's luma with both registers as after a reset.
-    luma
-        Mean luma of each step with the registers to measure, (N,).
-    center
-        The camera's ``contrast_center``, in grey levels. The chart alone cannot separate it from brightness.
-
-    Returns
-    -------
-    contrast : float
-        ``contrast`` of `colias_sim.CameraConfig`, register CONTRAS: 64 times the slope of luma against grey.
-    brightness : float
-        ``brightness`` of `colias_sim.CameraConfig`, register BRIGHT with its sign, in grey levels.
-
-    Raises
-    ------
-    CalibrationError
-        Fewer than 3 steps are not clipped.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from colias_sim.calibrate import contrast_and_brightness
-    >>> grey = np.linspace(60.0, 200.0, 8)
-    >>> contrast, brightness = contrast_and_brightness(grey, (grey - 128.0) * 0.75 + 128.0 + 5.0)
-    >>> round(contrast), round(brightness)
-    (48, 5)
-    """
-    inside = (luma > MARGIN) & (luma < 255.0 - MARGIN) & (grey > MARGIN) & (grey < 255.0 - MARGIN)
-    if inside.sum() < 3:
-        raise CalibrationError(f"3 or more steps of the chart must not be clipped at 0 or 255, got {inside.sum()}")
-    slope, offset = np.polyfit(grey[inside], luma[inside], 1)
-    return UNIT_CONTRAS * float(slope), float(offset) - center * (1.0 - float(slope))
-
-
-def falloff_exponent(flat: Images, focal_px: float) -> float:
-    """Measure a lens's falloff: ``vignetting`` of `colias_sim.CameraConfig`.
-
-    Parameters
-    ----------
-    flat
-        Frames of an evenly bright field that fills the view, (T, R, C), without gamma curve.
-    focal_px
-        Focal length, px.
-
-    Returns
-    -------
-    float
-        The exponent n in cos(angle to the axis)^n: 4 is natural falloff, 0 none.
-
-    Raises
-    ------
-    CalibrationError
-        A pixel is clipped in all frames.
-    """
-    mean = flat.mean(0, dtype=np.float64)
-    if mean.min() <= 0.0 or mean.max() >= 255.0:
-        raise CalibrationError("the even field is clipped at 0 or 255: take it with other light")
-    y, x = (axis - (size - 1) / 2 for axis, size in zip(np.indices(mean.shape), mean.shape, strict=True))
-    cosine = 1.0 / np.hypot(1.0, np.hypot(x, y) / focal_px)
-    return float(np.polyfit(np.log(cosine).ravel(), np.log(mean).ravel(), 1)[0])
 
 
 # The loop that controls the exposure time.

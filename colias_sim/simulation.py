@@ -11,6 +11,7 @@ from types import TracebackType
 
 import mujoco
 import numpy as np
+from pydantic import validate_call
 
 from colias_sim.camera import Camera, Frame
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
@@ -46,7 +47,7 @@ class Simulation:
     Parameters
     ----------
     robot, camera, scene
-        The settings of the apparatus; ``None`` for the defaults.
+        The settings of the apparatus, or dictionaries of them; ``None`` for the defaults.
     robots
         Name -> variant of each robot, from `scenes.ROBOTS`. ``None`` for a trial's robots: ``observer``, a ``colias``,
         and ``stimulus``, a ``colias_black``.
@@ -78,6 +79,7 @@ class Simulation:
     (72, 99)
     """
 
+    @validate_call
     def __init__(
         self,
         robot: RobotConfig | None = None,

@@ -46,6 +46,8 @@ def _frozen(value: Any) -> Any:
 
 
 Parameters = Annotated[Any, AfterValidator(_frozen)]
+Build = Callable[[tuple[int, int], Any], VisionModel]
+"""Makes a model from the shape of its frames and its parameters."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class ModelEntry:
 
     name: Name
     summary: str
-    build: Callable[[tuple[int, int], Any], VisionModel]
+    build: Build
     robot: Parameters
     channels: Annotated[tuple[Channel, ...], Field(min_length=1)] = DIRECTION
     offline: Parameters | None = None
@@ -141,6 +143,11 @@ def _dsnn(name: str, summary: str, build: type[DSNN] = DSNN, **changes: Any) -> 
     return ModelEntry(name, summary, build, DSNNParams.robot(**changes), DIRECTION, DSNNParams.offline(**changes))
 
 
+def _looming(name: str, summary: str, build: Build, params: Any) -> ModelEntry:
+    """Make an entry of a looming detector, with the same parameters for trials and clips."""
+    return ModelEntry(name, summary, build, params, LOOMING)
+
+
 _ENTRIES = (
     _dsnn("dsnn", "directionally selective neural network (Fu et al. 2018)"),
     _dsnn("dsnn-on-blocked", "the DSNN with its ON pathway blocked", on=False),
@@ -151,77 +158,40 @@ _ENTRIES = (
         "emd", "array of Hassenstein-Reichardt detectors, not split by polarity (after Iida 2000)", EMD, EMDParams()
     ),
     ModelEntry("flow", "mean dense optical flow, px per frame: the engineer's baseline", Flow, FlowParams()),
-    ModelEntry("lgmd1", "looming detector of the locust (Yue and Rind 2006)", LGMD1, LGMD1Params(), LOOMING),
-    ModelEntry(
-        "lgmd2", "looming detector of the locust, for dark objects (Fu, Hu and Yue 2018)", LGMD2, LGMD2Params(), LOOMING
-    ),
+    _looming("lgmd1", "looming detector of the locust (Yue and Rind 2006)", LGMD1, LGMD1Params()),
+    _looming("lgmd2", "looming detector of the locust, for dark objects (Fu, Hu and Yue 2018)", LGMD2, LGMD2Params()),
     ModelEntry("t4t5", "contrast-normalised T4 and T5 cells at several spacings (Liu and Fu 2025)", T4T5, T4T5Params()),
     ModelEntry(
-        "emd-normalised",
-        "detectors as emd's behind a normalisation by local contrast (Drews and others 2020)",
-        EMDNormalised,
-        EMDNormalisedParams(),
+        "emd-normalised", "detectors as emd's behind a normalisation by local contrast (Drews and others 2020)",
+        EMDNormalised, EMDNormalisedParams(),
     ),
     ModelEntry(
         "three-arm", "T4 and T5 cells of three arms, two quadrants (Haag and others 2016)", ThreeArm, ThreeArmParams()
     ),
     ModelEntry("three-arm-4q", "the same with four quadrants: ON meets OFF too", ThreeArm, ThreeArmParams(quadrants=4)),
+    _looming("lplc2", "the fly's looming detector for the centre of the view (Hua and others 2022)",
+             LPLC2, LPLC2Params()),
+    _looming("mlplc2", "the same about where the motion is, on T4 and T5 cells (Liu and Fu 2025)",
+             MLPLC2, MLPLC2Params()),
+    _looming(
+        "lplc2-gf", "an array of LPLC2 cells and a giant fibre that fires (Zhao and others 2023)",
+        LPLC2GF, LPLC2GFParams.robot(),
+    ),
+    _looming(
+        "si-lgmd1", "LGMD1 with self-inhibition against translation; as on Colias by its preset firmware",
+        SILGMD1, SILGMD1Params(),
+    ),
+    _looming("si-lgmd2", "LGMD2 with self-inhibition against translation, as on Colias", SILGMD2, SILGMD2Params()),
+    _looming("pon-lgmd", "LGMD of motion harmonised with contrast (Fu and Li 2022)", PONLGMD, PONLGMDParams()),
     ModelEntry(
-        "lplc2",
-        "the fly's looming detector for the centre of the view (Hua and others 2022)",
-        LPLC2,
-        LPLC2Params(),
-        LOOMING,
+        "hybrid", "DSNN and LGMD1 together, looming gating direction (proposed by Fu et al. 2018)", Hybrid,
+        HybridParams.robot(), (*DIRECTION, *LOOMING, "azimuth"), HybridParams.offline(), {"looming": "lgmd_t_sp"},
     ),
     ModelEntry(
-        "mlplc2",
-        "the same about where the motion is, on T4 and T5 cells (Liu and Fu 2025)",
-        MLPLC2,
-        MLPLC2Params(),
-        LOOMING,
+        "dsnn-onboard", "the DSNN in whole numbers, as Colias's own processor could run it", OnboardDSNN,
+        OnboardParams.robot(), DIRECTION, OnboardParams.offline(),
     ),
-    ModelEntry(
-        "lplc2-gf",
-        "an array of LPLC2 cells and a giant fibre that fires (Zhao and others 2023)",
-        LPLC2GF,
-        LPLC2GFParams.robot(),
-        LOOMING,
-    ),
-    ModelEntry(
-        "si-lgmd1",
-        "LGMD1 with self-inhibition against translation; as on Colias by its preset firmware",
-        SILGMD1,
-        SILGMD1Params(),
-        LOOMING,
-    ),
-    ModelEntry(
-        "si-lgmd2",
-        "LGMD2 with self-inhibition against translation, as on Colias",
-        SILGMD2,
-        SILGMD2Params(),
-        LOOMING,
-    ),
-    ModelEntry(
-        "pon-lgmd", "LGMD of motion harmonised with contrast (Fu and Li 2022)", PONLGMD, PONLGMDParams(), LOOMING
-    ),
-    ModelEntry(
-        "hybrid",
-        "DSNN and LGMD1 together, looming gating direction (proposed by Fu et al. 2018)",
-        Hybrid,
-        HybridParams.robot(),
-        (*DIRECTION, *LOOMING, "azimuth"),
-        HybridParams.offline(),
-        {"looming": "lgmd_t_sp"},
-    ),
-    ModelEntry(
-        "dsnn-onboard",
-        "the DSNN in whole numbers, as Colias's own processor could run it",
-        OnboardDSNN,
-        OnboardParams.robot(),
-        DIRECTION,
-        OnboardParams.offline(),
-    ),
-)
+)  # fmt: skip
 
 
 MODELS: Mapping[str, ModelEntry] = {entry.name: entry for entry in _ENTRIES}

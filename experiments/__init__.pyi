@@ -27,9 +27,9 @@ from .judge.verdict import Verdict as Verdict
 from .kinds.api import fit as fit
 from .kinds.api import run as run
 from .kinds.api import sweep as sweep
+from .kinds.api import watch as watch
 from .kinds.compare import compare as compare
 from .kinds.episodes import score as score
-from .kinds.footage import watch as watch
 from .kinds.result import Run as Run
 from .kinds.result import load as load
 from .kinds.result import runs as runs

@@ -1,7 +1,5 @@
 """The contract: small runs of every kind give the rows that they gave in version 0.3.0 (tests/golden/tables)."""
 
-from __future__ import annotations
-
 import json
 import warnings
 from pathlib import Path

@@ -18,7 +18,7 @@ from colias_sim.config import SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
 from colias_sim.envs.measures import SHARE, SIZE, Values
 from colias_sim.envs.options import EnvOptions, Options, checked
-from colias_sim.envs.randomise import FACTORS, USUAL, camera_ends, changed, draw, given_values
+from colias_sim.envs.randomise import FACTORS, USUAL, apparatus_with, camera_ends, draw, given_values
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
     MANOEUVRES,
@@ -250,7 +250,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         placements, self._drivers = self._drawn(self.np_random)
         drawn = draw(self.options.randomise, given, self.np_random, rng)
         values = USUAL | drawn
-        camera, self._body = changed(self._camera, self._robot, drawn)
+        camera, self._body = apparatus_with(self._camera, self._robot, drawn)
         self._apparatus.set(camera, self._body, values)
         self._wheel_gains, (ahead_cm, left_cm) = values["wheel_gain"], values["start"]
         (light,), (latency_ms,) = values["light"], values["latency_ms"]
@@ -494,9 +494,7 @@ class TargetEnv(ColiasEnv[Options]):
 
     def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
         """Compute the columns of an episode."""
-        return {
-            "in_view": float(infos["in_view"].mean()), "off_axis_deg": float(np.abs(infos["bearing_deg"]).mean())
-        }  # fmt: skip
+        return {"in_view": float(infos["in_view"].mean()), "off_axis_deg": float(np.abs(infos["bearing_deg"]).mean())}
 
     def _centre(self) -> float:
         """Compute the reward's term for a centred target: 1 on the axis, 0 at the edge of the view, at least -1."""

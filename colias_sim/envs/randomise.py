@@ -201,7 +201,7 @@ def given_values(
     return values
 
 
-def changed(camera: CameraConfig, robot: RobotConfig, values: Values) -> tuple[CameraConfig, RobotConfig]:
+def apparatus_with(camera: CameraConfig, robot: RobotConfig, values: Values) -> tuple[CameraConfig, RobotConfig]:
     """Apply the values of factors that the settings of a camera and of a robot have.
 
     Parameters
@@ -266,7 +266,7 @@ def camera_ends(
     """
     ranges = randomise if isinstance(randomise, Mapping) else {}
     low, high = ({name: (both[end],) * len(FACTORS[name].parts) for name, both in ranges.items()} for end in (0, 1))
-    return changed(camera, robot, low | (given or {}))[0], changed(camera, robot, high | (given or {}))[0]
+    return apparatus_with(camera, robot, low | (given or {}))[0], apparatus_with(camera, robot, high | (given or {}))[0]
 
 
 def draw(randomise: float | Mapping[str, Range], given: Values, world: np.random.Generator, episode: int) -> Values:

@@ -300,7 +300,7 @@ def _disc(scene: mujoco.MjvScene, place: tuple[float, float, float], radius: flo
 
 def _add(
     scene: mujoco.MjvScene, kind: mujoco.mjtGeom, size: tuple[float, ...], place: tuple[float, ...], rgba: Vector
-) -> mujoco.MjvGeom:  # fmt: skip
+) -> mujoco.MjvGeom:
     """Add a geom to a scene."""
     geom = scene.geoms[scene.ngeom]
     scene.ngeom += 1

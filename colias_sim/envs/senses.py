@@ -119,15 +119,9 @@ def neural_observation(responses: Sequence[Response]) -> npt.NDArray[np.float32]
         responses, clipped to the observation space.
     """
     last = responses[-1]
-    values = (
-        last.hs,
-        last.vs,
-        sum(a.hs_spikes for a in responses),
-        sum(a.vs_spikes for a in responses),
-        last.looming,
-        sum(a.looming_spikes for a in responses),
-        last.azimuth,
-    )
+    counts = ((one.hs_spikes, one.vs_spikes, one.looming_spikes) for one in responses)
+    hs_spikes, vs_spikes, looming_spikes = map(sum, zip(*counts, strict=True))
+    values = (last.hs, last.vs, hs_spikes, vs_spikes, last.looming, looming_spikes, last.azimuth)
     return np.minimum(np.maximum(np.array(values, np.float32), _LOWEST), _HIGHEST)
 
 

@@ -1,41 +1,43 @@
-"""Values as the texts that ``--set`` takes."""
+"""Values of parameters by their keys, ``SECTION.NAME``: from Python as they are, from ``--set`` as texts."""
 
 from __future__ import annotations
 
-import os
+import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from experiments.base.errors import UsageError, short
+from experiments.base.errors import UsageError
 
 
-def assignments(settings: Mapping[str, Any] | None) -> list[str]:
-    """Return settings as ``--set`` takes them: ``{"dsnn.n_con": 6}`` or ``{"dsnn": {"n_con": 6}}``: ``dsnn.n_con=6``.
+def by_key(settings: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return settings as JSON has them, by key: ``{"dsnn": {"n_con": 6}}`` is ``{"dsnn.n_con": 6}``."""
+    from pydantic_core import to_jsonable_python  # not before: it takes its time to load
 
-    Raises `UsageError` for ``None``, and for several values of which one has a comma, or is several itself.
-    """
-    texts = []
+    found: dict[str, Any] = {}
     for key, value in (settings or {}).items():
         if isinstance(value, Mapping):
-            texts += assignments({f"{key}.{name}": part for name, part in value.items()})
-        else:
-            texts.append(f"{key}={_text(value)}")
-    return texts
+            found |= by_key({f"{key}.{name}": part for name, part in value.items()})
+        else:  # NumPy's values have ``tolist``
+            found[key] = to_jsonable_python(value, fallback=lambda other: getattr(other, "tolist", other.__str__)())
+    return found
 
 
-def values(settings: Mapping[str, Any] | None) -> dict[str, str]:
-    """Return settings by key, each as the text that ``--set`` takes."""
-    return dict(text.split("=", 1) for text in assignments(settings))
+def key_texts(settings: Mapping[str, Any]) -> list[str]:
+    """Return settings as the ``KEY=VALUE`` texts that ``--set`` takes."""
+    return [f"{key}={_text(value)}" for key, value in by_key(settings).items()]
 
 
 def _text(value: Any) -> str:
-    if isinstance(value, str | bytes | os.PathLike):
-        return os.fsdecode(value)
-    if isinstance(value, Iterable) and getattr(value, "ndim", True):
-        parts = [_text(part) for part in value]
-        if any("," in part for part in parts):
-            raise UsageError(f"settings: each of several values must be one, without a comma, got {short(parts)}")
-        return ",".join(parts)
-    if value is None:
-        raise UsageError("settings: None is no value; leave that parameter out")
-    return {"True": "true", "False": "false"}.get(text := str(value), text)
+    if isinstance(value, list):
+        return ",".join(map(_text, value))
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def key_values(texts: Iterable[str] | None, option: str = "--set") -> dict[str, str]:
+    """Return ``KEY=VALUE`` texts by key; of two for one key the last counts. Raises `UsageError` for another form."""
+    found = {}
+    for text in texts or ():
+        key, equals, found[key] = text.partition("=")
+        if not equals:
+            raise UsageError(f"{option} {text}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
+    return found

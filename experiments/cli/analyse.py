@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import BOARDS, shipped
 from experiments.store.asked import Asked
@@ -82,7 +83,7 @@ def sweep(
         return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, pool)
     given = {"over": over, "claims": _names(claims), "measures": _names(measure), "replicates": replicates}
     asked = Asked(kind="sweep", what=tuple(experiment.split(",")), models=tuple(model or ()),
-                  values=options.settings(assignments), repeats=repeats, seed=seed, options=given)  # fmt: skip
+                  values=key_values(assignments), repeats=repeats, seed=seed, options=given)  # fmt: skip
     return options.finish(asked, out, pool)
 
 
@@ -131,7 +132,7 @@ def fit(
     given = {"over": over, "claims": _names(claims), "replicates": replicates, "trials": trials, "share": share,
              "sample": sample, "held_out": held_out, "search_repeats": repeats}  # fmt: skip
     asked = Asked(kind="fit", what=tuple(experiment.split(",")), models=(model,) if model else (),
-                  values=options.settings(assignments), seed=seed, options=given)  # fmt: skip
+                  values=key_values(assignments), seed=seed, options=given)  # fmt: skip
     return options.finish(asked, out, options.pool(workers, cluster, quiet))
 
 
@@ -174,6 +175,6 @@ def tune(
     preference within the noise of its measure is reported as not defined. Writes a figure for each curve, tuning.csv
     and preferences.csv. The models are those registered, but dsnn-reference.
     """
-    asked = Asked(kind="tuning", models=tuple(model or ()), only=only, values=options.settings(assignments), seed=seed,
+    asked = Asked(kind="tuning", models=tuple(model or ()), only=only, values=key_values(assignments), seed=seed,
                   options={"curves": curve})  # fmt: skip
     return options.finish(asked, out, options.pool(workers, cluster, quiet), "tune")

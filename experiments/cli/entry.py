@@ -63,7 +63,7 @@ def _outcome() -> tuple[int, str]:
     try:
         from experiments.cli import main as cli_main
 
-        status = cli_main.command(sys.argv[1:] or ["--help"])
+        status = cli_main.command()
         return status, interrupts.MESSAGE if status == interrupts.STATUS else ""
     except BrokenPipeError:
         return EXIT_CLOSED, ""

@@ -81,17 +81,6 @@ def check_new(folder: Path) -> None:
         raise UsageError(f"{folder} must be a new or an empty folder")
 
 
-def settings(texts: list[str] | None) -> dict[str, str]:
-    """Return what ``--set`` was typed: ``SECTION.NAME`` -> text; of two values for one key the last counts."""
-    values = {}
-    for text in texts or ():
-        key, equals, value = text.partition("=")
-        if not equals:
-            raise UsageError(f"--set {text}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
-        values[key] = value
-    return values
-
-
 def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "") -> int:
     """Do the run that was asked for, and print what it comes to.
 

@@ -80,5 +80,5 @@ def _subject(text: str) -> tuple[str, tuple[Any, ...], Any]:
     if source in STIMULI or (own and declares(own, "STIMULUS")):
         entry = find_stimulus(source)
         return entry.name, check.STIMULI, entry
-    (chosen,), _ = watchers((text,), ())
+    (chosen,) = watchers((text,))
     return chosen.label, check.MODELS, chosen

@@ -5,12 +5,14 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.store.asked import Asked
 
@@ -22,13 +24,13 @@ app = typer.Typer(
 )
 
 
-def _program(assignments: options.Assignments) -> Any:
+def _program(values: Mapping[str, str]) -> Any:
     """Return the program that is asked for, and say on stderr where its codes are too coarse for its longest delay."""
     from dsnn.onboard.dead_zone import SMALL, dead_zone, longest_delay
     from experiments.base.console import error_console
     from experiments.robot import firmware
 
-    program = firmware.program(assignments or ())
+    program = firmware.program(values)
     network = program[0]
     falling, rising = dead_zone(network)
     if max(falling, rising) > SMALL:
@@ -54,7 +56,7 @@ def budget(assignments: options.Assignments = None) -> int:
     from experiments.base.console import out_console, show
     from experiments.robot import firmware
 
-    row = firmware.measure(_program(assignments))
+    row = firmware.measure(_program(key_values(assignments)))
     show(pl.DataFrame({"budget": list(row), "": list(map(str, row.values()))}))
     least, most = firmware.CYCLES
     out_console.print(
@@ -72,7 +74,7 @@ def check(assignments: options.Assignments = None) -> int:
     from experiments.base.console import out_console, show
     from experiments.robot import firmware
 
-    table = firmware.check(_program(assignments))
+    table = firmware.check(_program(key_values(assignments)))
     wrong = firmware.differing(table)
     if wrong.height:
         show(wrong.head(1), "first difference")
@@ -95,8 +97,9 @@ def export(
     from experiments.robot import firmware
 
     options.check_new(folder)
-    program = _program(assignments)
-    exporting.export(program, folder, assignments or ())
+    values = key_values(assignments)
+    program = _program(values)
+    exporting.export(program, folder, values)
     if program[1].clock_mhz != firmware.ChipSettings().clock_mhz:
         error_console.print("note: board_stm32.c sets a clock of 180 MHz: set yours at PLACE of the clock in it")
     show_places({"export": folder, "page": folder / "README.md"})
@@ -116,12 +119,12 @@ def decode(
     """
     from experiments.base.console import count, out_console, show_places
     from experiments.base.files import Files
-    from experiments.robot import logs
+    from experiments.robot import serial as line
 
     options.check_new(out)
-    frames, board, skipped = logs.decode(serial.read_bytes())
+    frames, board, skipped = line.decode(serial.read_bytes())
     out.mkdir(parents=True, exist_ok=True)
-    Files(out).write_text("log.csv", logs.log_of(frames, board).write_csv())
+    Files(out).write_text("log.csv", line.log_of(frames, board).write_csv())
     Files(out).write_text("cycles.csv", frames.select("trial", "frame", "cycles").write_csv())
     sent = product(range(board.get("trials", 0)), range(board.get("frames", 0)))
     missing = sorted({*sent} - {*frames.select("trial", "frame").iter_rows()})
@@ -166,7 +169,7 @@ def import_log(
     assignments: options.Assignments = None,
     out: options.Out = None,
     quiet: options.Quiet = False,
-) -> int:  # fmt: skip
+) -> int:
     """Make a run of what a real Colias has sent, with the tables, figure and verdicts of a simulated one.
 
     The run is marked as measured. The same judges and bounds apply.
@@ -174,7 +177,7 @@ def import_log(
     colias import log.csv --experiment speed --set experiment.speeds_cm_s=20,30
     """
     asked = Asked(
-        kind="measured", what=(str(log),), models=tuple(model or ()), values=options.settings(assignments),
+        kind="measured", what=(str(log),), models=tuple(model or ()), values=key_values(assignments),
         options={"experiment": experiment, "frames": None if frames is None else str(frames), "ran": ran},
     )  # fmt: skip
     return options.finish(asked, out, options.pool(0, None, quiet), f"{Path(experiment).stem}-measured")

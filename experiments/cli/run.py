@@ -16,6 +16,7 @@ import typer
 
 from experiments.base import interrupts
 from experiments.base.errors import UsageError
+from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import kind_of
 from experiments.store.asked import ASKED, Asked
@@ -48,7 +49,7 @@ def run(
     Every model sees the same frames: dsnn, or the models that the experiment declares. Finished trials are kept
     when a run is interrupted; the same command with that folder as --out does the rest.
     """
-    from experiments.kinds.api import asked_of
+    from experiments.kinds import registry
 
     pool = options.pool(workers, cluster, quiet)
     if again is not None:
@@ -57,9 +58,10 @@ def run(
         return _repeat(again, out, pool)
     if experiment is None:
         raise UsageError("colias run: give an experiment, or --again RUN")
-    asked = asked_of(
-        experiment, seed=seed, repeats=repeats, eyes=eyes, models=model or (), only=only,
-        settings=options.settings(assignments), pictures=pictures, recordings=recordings, truth=truth,
+    asked = Asked(
+        kind=registry.find(experiment).kind, what=(experiment,), models=tuple(model or ()), only=only,
+        values=key_values(assignments), repeats=repeats, seed=seed,
+        options={"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": pictures and str(pictures)},
     )  # fmt: skip
     return options.finish(asked, out, pool)
 
@@ -153,7 +155,7 @@ def watch(
     given = {"size": options.width_height(size), "fps": fps, "seconds": seconds, "jitter_px": jitter, "judge": judge,
              "recordings": recordings}  # fmt: skip
     asked = Asked(kind="watch", what=(source,), models=tuple(model or ()), only=only,
-                  values=options.settings(assignments), seed=seed, options=given)  # fmt: skip
+                  values=key_values(assignments), seed=seed, options=given)  # fmt: skip
     plan = dataclasses.replace(planned(asked), live=has_screen() if view is None else view)
     report = perform(plan, results_folder(out, "watch"), options.pool(0, None, quiet))
     if not quiet:
@@ -185,7 +187,7 @@ def live(
     from experiments.show.play import one_thread
 
     check_counts(seed)
-    page = Page(Session(shown_models(["dsnn"], model, only), assignments or (), seed), port)
+    page = Page(Session(shown_models(["dsnn"], model, only), key_values(assignments), seed), port)
     with one_thread():
         page.serve()
     return 0
@@ -212,7 +214,7 @@ def behave(
     recorded.
     """
     asked = Asked(
-        kind="episodes", what=tuple(names), values=options.settings(assignments), repeats=episodes, seed=seed,
+        kind="episodes", what=tuple(names), values=key_values(assignments), repeats=episodes, seed=seed,
         options={"env": env, "baselines": baselines, "recordings": recordings},
     )  # fmt: skip
     return options.finish(asked, out, options.pool(workers, cluster, quiet), f"behave-{Path(names[0]).stem}")
@@ -237,7 +239,7 @@ def train(
     sets camera, robot, noise or randomise: camera=ov7670.
     """
     asked = Asked(
-        kind="training", what=(env,), values=options.settings(assignments), seed=seed,
+        kind="training", what=(env,), values=key_values(assignments), seed=seed,
         options={"steps": steps, "envs": envs, "seeds": seeds},
     )  # fmt: skip
     return options.finish(asked, out, options.pool(workers, None, quiet), f"train-{env}")

@@ -6,7 +6,7 @@ Heavy imports happen when they run.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,6 +15,7 @@ import typer
 import dsnn
 from experiments.base import interrupts
 from experiments.base.errors import UsageError, as_usage_error, check_known
+from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.cli.run import moved
 from experiments.kinds.tables import BEHAVIOURS, FITS, NAMES, OFFLINE, STUDIES, shipped
@@ -136,7 +137,7 @@ def video(
         names = ", ".join(f"--{name}" for name in other).replace("--assignments", "--set")
         raise UsageError(f"{names}: not an option of {kind}")
     if stimulus:
-        _write_stimulus(str(source), out, assignments or (), seed, jitter)
+        _write_stimulus(str(source), out, key_values(assignments), seed, jitter)
         return 0
     shape = options.width_height(size)
     if not out.suffix:
@@ -175,7 +176,7 @@ def _write_data_set(run: Path, trial: int | None, out: Path) -> None:
         data_set.write(Asked.read(asked), trial, place)
 
 
-def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitter: float) -> None:
+def _write_stimulus(name: str, out: Path, values: Mapping[str, str], seed: int, jitter: float) -> None:
     """Write a stimulus as pictures, and the truth about each of them as a table."""
     import numpy as np
 
@@ -187,7 +188,7 @@ def _write_stimulus(name: str, out: Path, texts: Sequence[str], seed: int, jitte
 
     if out.suffix:
         raise UsageError(f"--out {out}: a stimulus is written into a folder; colias watch {name} records a video's run")
-    clip = clip_of(find_stimulus(name), texts, jitter).build(seed)
+    clip = clip_of(find_stimulus(name), values, jitter).build(seed)
     write_pictures(out, np.stack([frame.luma for frame in clip]), ".png")
     rows = [
         {"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth, index, clip.fps)}
@@ -278,9 +279,8 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
     from experiments.base.user_code import declares, is_file
     from experiments.declare.clip import find_stimulus
     from experiments.kinds import registry
-    from experiments.settings.apparatus import sections
     from experiments.settings.models import shown_models
-    from experiments.settings.settings import described
+    from experiments.settings.settings import described, sections
 
     if name in STIMULI or (is_file(name) and declares(Path(name), "STIMULUS")):
         entry = find_stimulus(name)

@@ -49,10 +49,9 @@ class Claim:
         Its name in tables: up to 60 letters, digits, ``.``, ``-`` and ``_``. The ids of claims that ship are taken.
     judge
         From the rows of ``trials.parquet`` that it is about, and a spiking threshold, to its checks or an `Outcome`. A
-        row is a whole trial or clip: a judge gets no time course. With the robot rows are mappings by column; of clips
-        they are a polars ``DataFrame``. A claim that names ``models`` gets the rows of all of them, told apart by the
-        column ``model``, and the DSNN's threshold, or without the DSNN that of its first model by name. Where a judge
-        raises, the claim is not judged.
+        row is a whole trial or clip, a mapping by column: a judge gets no time course. A claim that names ``models``
+        gets the rows of all of them, told apart by the column ``model``, and the DSNN's threshold, or without the DSNN
+        that of its first model by name. Where a judge raises, the claim is not judged.
     says, source, title
         Its words, where they are from, and the claim in a few words.
     on
@@ -89,8 +88,6 @@ class Claim:
         The condition that clips without an object have to meet, where it is about such clips too.
     least_greys
         How many grey levels of the object it needs.
-    settled
-        Whether the constants of the models that it compares with count as known: those that are shown.
 
     Raises
     ------
@@ -125,7 +122,6 @@ class Claim:
     of_potentials: bool = False
     alone: str = ""
     least_greys: int = 0
-    settled: bool = False
 
     def __post_init__(self) -> None:
         check_name("claim", self.id)
@@ -167,6 +163,20 @@ class Claim:
             Its id, its words (``says``), and where they are from (``source``).
         """
         return {"id": self.id, "says": self.says, "source": self.source}
+
+    def settled(self) -> Claim:
+        """Return the claim with the constants of the models that it compares with taken as known: those shown.
+
+        Returns
+        -------
+        Claim
+            It has no equal terms.
+        """
+
+        def judge(*given: Any) -> Outcome:
+            return _outcome(self.judge(*given)).settled()
+
+        return dataclasses.replace(self, judge=judge, equal_terms={})
 
     def evaluate(self, trials: Any, *more: Any) -> Outcome:
         """Ask the judge. A user's judge that raises leaves the claim unjudged: the tables count.

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
-from dsnn.stimuli import ClipParams, Jitter, Stimulus, StimulusEntry, stimulus_entry
+from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusEntry, stimulus_entry
+from dsnn.stimuli.background import PHOTOGRAPH
 from experiments.base.errors import UsageError, as_usage_error, check_declared, check_known, check_unique
 from experiments.base.user_code import USER_MODULE, declared, is_file, run_main
 from experiments.declare.claim import Claim, check_claims
@@ -86,14 +87,21 @@ class Clip:
         return Jitter(clip, self.jitter_px, seed) if self.jitter_px else clip
 
     def takes_scene(self) -> bool:
-        """Tell whether a replicate chooses the background: the stimulus has one, and the clip names none.
+        """Tell whether a replicate chooses the background: the stimulus has a scene there, and the clip names none.
 
         Returns
         -------
         bool
             Whether it does.
         """
-        return hasattr(self.entry.params, BACKGROUND) and BACKGROUND not in dict(self.changes)
+        usual = getattr(self.entry.params, BACKGROUND, "")
+        return usual in (PHOTOGRAPH, *SCENES) and BACKGROUND not in dict(self.changes)
+
+    @property
+    def is_random(self) -> bool:
+        """Whether it differs between seeds: it has a scene of its own in each replicate, or some frame differs."""
+        pairs = zip(self.build(0), self.build(1), strict=True) if not self.takes_scene() else ()
+        return self.takes_scene() or any((one.luma != other.luma).any() for one, other in pairs)
 
     def label(self) -> str:
         """Return the clip's name, as tables show it.

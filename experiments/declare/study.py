@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from experiments.base.errors import UsageError, check_name
-from experiments.base.values import assignments
+from experiments.base.values import key_texts
 from experiments.declare.claim import Claim
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import Experiment
@@ -48,23 +48,12 @@ class Study:
     models
         The models judged, one by one, at every point; as ``--model`` takes them. Empty: each claim is judged on the
         models that it is about, which see the same trials.
-    only
-        Level -> the models judged there, where these are not all.
     assignments
         ``KEY=VALUE`` texts that hold at every point.
     repeats
         Trials of each condition in a replicate; ``None``: the experiment's own number. Clips have none.
     replicates
         Number of replicates; replicate k has the seed of the sweep plus k.
-    claim_at
-        Makes the claim that is judged at a point, from the claim and the point's levels by axis. The points are then
-        read off one run of the off-line experiment, with its own models and the first of ``models``.
-    probe
-        A function from what a trial with the robot showed (`experiments.show.play.Showing` of each eye) to further
-        columns of each model's row, by label; and the types of these columns. It is pickled, so it is a function of a
-        module.
-    tables
-        Makes further tables, a list of rows by title, from the `experiments.judge.sweep.Sweep`.
     file
         The .py file that declares it, which ``colias sweep`` fills in.
 
@@ -89,13 +78,9 @@ class Study:
     axes: Mapping[str, Levels] = field(default_factory=dict)
     over: tuple[str, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
-    only: Levels = field(default_factory=dict)
     assignments: tuple[str, ...] = ()
     repeats: int | None = WHOLE
     replicates: int = 20
-    claim_at: Callable[[Claim, Mapping[str, str]], Claim] | None = None
-    probe: tuple[Callable[[Any], Mapping[str, Mapping[str, Any]]], Mapping[str, Any]] | None = None
-    tables: Callable[[Any], Mapping[str, list[dict[str, Any]]]] | None = None
     file: str = field(default="", compare=False, repr=False, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -154,7 +139,7 @@ class Fit:
     def __post_init__(self) -> None:
         make_tuples(self, f"fit {self.study.name}", ("over",))
         study = self.study
-        if study.axes or study.over or study.measures or study.claim_at or len(study.models) != 1:
+        if study.axes or study.over or study.measures or len(study.models) != 1:
             raise UsageError(f"fit {study.name}: its study must have one model, and neither axes nor measures")
 
 
@@ -168,5 +153,5 @@ def tuple_of(values: Iterable[Any], what: str) -> tuple[Any, ...]:
     """Return values as a tuple, settings as ``KEY=VALUE`` texts, and paths as texts; `UsageError` for one text."""
     if isinstance(values, str):
         raise UsageError(f"{what} must be a tuple, got {values!r}; a comma makes one: ({values!r},)")
-    values = assignments(values) if isinstance(values, Mapping) else values
+    values = key_texts(values) if isinstance(values, Mapping) else values
     return tuple(os.fspath(value) if isinstance(value, os.PathLike) else value for value in values)

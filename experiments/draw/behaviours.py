@@ -24,7 +24,7 @@ ACROSS, MOST_ACROSS = 4, 6
 ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
 """Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
 SYMBOLS = "Large dots and bars: values with 95 % intervals; strokes: single episodes."
-WAYS = (
+PATHS = (
     "Paths from above (cm), the first episode's in bold: circle, start; cross, end by a collision. Every episode has"
     " another world, equal for all behaviours."
 )
@@ -59,7 +59,7 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
                 _ways(axes, trials.filter(model=name), frames, colours[name])
         _measures(above, summary, trials, colours)
         style.headline(above, finding(summary))
-        style.caption(figure, " ".join(filter(None, [caption, SYMBOLS, env.note, WAYS if env.draws_paths else ""])))
+        style.caption(figure, " ".join(filter(None, [caption, SYMBOLS, env.note, PATHS if env.draws_paths else ""])))
     return figure
 
 

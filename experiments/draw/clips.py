@@ -13,13 +13,12 @@ from matplotlib.figure import Figure
 from experiments.base import console as terminal
 from experiments.declare.clip import ClipFigure
 from experiments.draw import findings, style
+from experiments.judge.judge import SIGNED
 
 Thresholds = Mapping[str, float | None]
 Lines = tuple[str, pl.DataFrame, str, str]
 """A part of a figure: a name, rows, the column along the axis, and the column with a line for each level."""
 CHANNELS = {"hs": ("HS", style.HUES[0]), "vs": ("VS", style.HUES[1]), "looming": ("looming", style.HUES[2])}
-WAYS = {"rightward": "peak_hs", "leftward": "trough_hs", "downward": "peak_vs", "upward": "trough_vs"}
-"""Direction of motion -> the extreme that signals it."""
 DEPTH = ("looming", "receding")
 AXES = {
     "speed": "speed of the object ({unit})",
@@ -124,12 +123,11 @@ def course_finding(rows: pl.DataFrame, along: str, lines: str) -> str:
 
 def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
     """Return in how many trials the largest potential has the motion's direction, or without one is over threshold."""
-    one_way = pl.col("motion").is_in(list(WAYS)) & pl.col("movers").ne_missing("opposite")
+    one_way = pl.col("motion").is_in(list(SIGNED)) & pl.col("movers").ne_missing("opposite")
     moving = trials.filter(one_way, pl.col("object").ne_missing("absent"), "directed")
     if moving.is_empty():
         return threshold_finding(trials, thresholds)
-    signs = {"peak": 1.0, "trough": -1.0}
-    reached = {way: signs[column.split("_")[0]] * pl.col(column) for way, column in WAYS.items()}
+    reached = {way: sign * pl.col(column) for way, (column, sign) in SIGNED.items()}
     signal = pl.max_horizontal(pl.when(motion=way).then(value) for way, value in reached.items())
     others = pl.max_horizontal(pl.when(pl.col("motion") != way).then(value) for way, value in reached.items())
     so = (signal > 0.0) & (signal > others)  # a model at its ceiling both ways tells nothing

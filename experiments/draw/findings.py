@@ -14,7 +14,7 @@ from experiments.judge.tests import LEAST_FOR_INTERVAL, summarise
 
 UNITS = {"_cm_s2": "cm/s²", "_cm_s": "cm/s", "_deg_s": "°/s", "_hz": "Hz", "_deg": "°", "_cm": "cm"}
 """End of a column's name -> unit."""
-SIGNED = {"angle_deg": "right positive", "observer_turn_deg_s": "left positive"}
+POSITIVE = {"angle_deg": "right positive", "observer_turn_deg_s": "left positive"}
 NO_BREAK, MINUS = "\N{NO-BREAK SPACE}", "\N{MINUS SIGN}"
 Curve = tuple[list[Any], list[list[float]]]
 """Levels of a condition, numbers in order, and the values at each."""
@@ -29,7 +29,7 @@ def unit(column: str) -> tuple[str, str]:
 def axis(column: str) -> str:
     """Return the label of a column's axis."""
     noun, of = unit(column)
-    more = ", ".join(filter(None, (of, SIGNED.get(column))))
+    more = ", ".join(filter(None, (of, POSITIVE.get(column))))
     return f"{noun} ({more})" if more else noun
 
 

@@ -50,7 +50,7 @@ NOISE, FULL_CHANGE = 4.0, 40.0
 LINES = {"hs": ("-", "line"), "vs": (":", "dotted"), "looming": ("--", "dashed")}
 """Channel -> its line, for matplotlib and in words."""
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
-OBSERVER, OTHER, TRUE = "#2e7850", "#191919", "#ff8a1f"
+OWN_COLOUR, OTHER_COLOUR, TRUE_COLOUR = "#2e7850", "#191919", "#ff8a1f"
 FIRST = "world/observer/camera"
 """The camera whose flow is drawn."""
 CHANGE, FLOW = "change", "truth/flow"
@@ -245,9 +245,9 @@ class Canvas:
         """Draw the true flow over the picture: a stroke from where each point was to a dot where it is."""
         eye, times = next(iter(self._reel.eyes)), np.array([*self._reel.flow])
         picture = self._picture(eye, axes)
-        strokes = LineCollection([], colors=TRUE, linewidths=2, animated=self._film)
+        strokes = LineCollection([], colors=TRUE_COLOUR, linewidths=2, animated=self._film)
         axes.add_collection(strokes)
-        (heads,) = axes.plot([], [], ".", color=TRUE, ms=6, animated=self._film)
+        (heads,) = axes.plot([], [], ".", color=TRUE_COLOUR, ms=6, animated=self._film)
 
         def update(time_s: float, seen: Mapping[str, Picture | None]) -> None:
             picture(time_s, seen)
@@ -269,7 +269,7 @@ class Canvas:
         axes.annotate("10 cm", (start, level), xytext=(0, 3), textcoords="offset points")
         drawn = []
         for name, track in reversed(self._reel.tracks.items()):
-            colour = OBSERVER if name == "observer" else OTHER
+            colour = OWN_COLOUR if name == "observer" else OTHER_COLOUR
             (trail,) = axes.plot([], [], color=colour, lw=1, animated=self._film)
             body = Circle((0, 0), ROBOT_CM, color=colour, animated=self._film, zorder=3)
             axes.add_patch(body)

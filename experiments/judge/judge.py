@@ -76,7 +76,7 @@ def judge(claim: Claim, rows: Rows, threshold: float | None, all_rows: Rows | No
     again = _on_equal_terms(claim, rows)
     if not again:
         return outcome
-    return replace(outcome, equal=judge(replace(claim, settled=True, equal_terms={}), again, threshold, all_rows))
+    return replace(outcome, equal=judge(claim.settled(), again, threshold, all_rows))
 
 
 def _on_equal_terms(claim: Claim, rows: Rows) -> list[Mapping[str, Any]]:
@@ -121,13 +121,10 @@ def _on_clips(claim: Claim, rows: Rows, threshold: float) -> Outcome:
     lacking = _lacking(claim, rows)
     if lacking and not (rows and claim.of_each):
         return Outcome.unjudged(lacking)
-    import polars as pl  # not before: it takes its time to load, and declarations need this file
-
-    outcome = claim.evaluate(pl.DataFrame(rows, infer_schema_length=None, strict=False), threshold)
+    outcome = claim.evaluate([dict(row) for row in rows], threshold)
     if not claim.own:
         n = sum(row["model"] == claim.spiking for row in rows)
         outcome = replace(outcome, n=n, fewest=n)
-    outcome = outcome.settled() if claim.settled else outcome
     return outcome.withheld(lacking) if lacking and outcome.verdict in ("holds", "unknown constants") else outcome
 
 

@@ -19,7 +19,7 @@ from experiments.declare.conditions import CONDITION_COLUMNS, Condition
 from experiments.judge.judge import flaws
 from experiments.judge.tests import summarise
 from experiments.settings.models import ConfiguredModel
-from experiments.store.tables import group, known
+from experiments.store.tables import finite, group
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -118,7 +118,7 @@ def mean_of(rows: Rows, *, column: str, within: Sequence[float] = ()) -> Number:
     if not values:
         return {"value": None, "n": len(rows)}
     score = summarise(values, *within)
-    ends = {"ci_low": known(score.low), "ci_high": known(score.high)}
+    ends = {"ci_low": finite(score.low), "ci_high": finite(score.high)}
     return {"value": score.value, "n": len(rows), **ends}
 
 

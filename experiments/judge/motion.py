@@ -23,7 +23,7 @@ from experiments.show.flow import TICK_S
 Floats = npt.NDArray[np.float64]
 
 GAP_S, GAP_FRAMES, LEAST_FRAMES = 0.25, 3, 3
-WAYS = {"hs": ("rightward", "leftward"), "vs": ("downward", "upward"), "looming": ("looming", "looming")}
+DIRECTIONS = {"hs": ("rightward", "leftward"), "vs": ("downward", "upward"), "looming": ("looming", "looming")}
 """A spiking channel -> what its potential says above the threshold, and below the negative one."""
 MOTIONS = pl.Schema(
     {"model": str, "direction": str, "start_s": float, "end_s": float, "frames": int, "peak": float, "spikes": int}
@@ -59,9 +59,9 @@ def motions(frames: pl.DataFrame, thresholds: Mapping[str, Mapping[str, float | 
     for label, levels in thresholds.items():
         rows = frames.filter(pl.col("model") == label)
         of_model = [
-            _intervals(rows.select("time_s", potential=channel, spikes=f"{channel}_spikes"), WAYS[channel], level)
+            _intervals(rows.select("time_s", potential=channel, spikes=f"{channel}_spikes"), DIRECTIONS[channel], level)
             for channel, level in levels.items()
-            if channel in WAYS and level is not None
+            if channel in DIRECTIONS and level is not None
         ]
         if of_model:
             found.append(pl.concat(of_model).sort("start_s", maintain_order=True).select(
@@ -97,7 +97,7 @@ def _intervals(frames: pl.DataFrame, ways: tuple[str, str], threshold: float) ->
 
 def near_miss(frames: pl.DataFrame, thresholds: Mapping[str, float | None]) -> str:
     """Say how near a model without an interval came to one, by its thresholds; empty if it has none."""
-    levels = {channel: level for channel, level in thresholds.items() if channel in WAYS and level is not None}
+    levels = {channel: level for channel, level in thresholds.items() if channel in DIRECTIONS and level is not None}
     reached = []
     for channel, level in levels.items():
         potential = np.abs(frames[channel].to_numpy())

@@ -20,6 +20,8 @@ Row = Mapping[str, Any]
 
 MODEL = "dsnn"
 """The model that the paper's claims are about, where they name no other."""
+EVERY_MODEL = ""
+"""The name under which all models are judged where each claim is judged on the models that it is about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,13 +61,16 @@ def replicate(specs: Sequence[RobotTrial], rows: Sequence[Row]) -> Replicate:
     return Replicate(tuple(by_trial[key] for key in planned if key in by_trial), lost, thresholds)
 
 
-def judged(claim: Claim, trials: Replicate, place: str) -> Outcome:
-    """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
-    if claim.models:
+def judged(claim: Claim, trials: Replicate, place: str, model: str = EVERY_MODEL) -> Outcome:
+    """Judge a claim in one replicate: for one model, or for those that it is about.
+
+    It is about the DSNN, the models that it compares, or each looming detector; one on clips says which.
+    """
+    if claim.on == "clips" or (claim.models and model == EVERY_MODEL):
         return of_models(claim, trials, place)
-    if claim.about == "looming":
+    if claim.about == "looming" and model == EVERY_MODEL:
         return Outcome.together({name: of_model(claim, trials, name, place) for name in LOOMING_DETECTORS})
-    return of_model(claim, trials, MODEL, place)
+    return of_model(claim, trials, model or MODEL, place)
 
 
 def of_models(claim: Claim, trials: Replicate, place: str) -> Outcome:

@@ -19,7 +19,7 @@ from experiments.declare.outcome import Outcome
 from experiments.judge.tests import Score, poisson_interval, proportion_interval, summarise
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.show.episodes import COLUMNS
-from experiments.store.tables import known
+from experiments.store.tables import finite
 
 SUMMARY = pl.Schema(
     {"env": str, "behaviour": str, "measure": str, "episodes": int, "value": float, "ci_low": float, "ci_high": float}
@@ -126,8 +126,8 @@ def summary(trials: pl.DataFrame, env: str, reference: str) -> pl.DataFrame:
             if reference in played and name != reference:
                 measured[f"collisions/m, times {reference}"] = rate_ratio(rows, played[reference])
         table += [
-            {"env": env, "behaviour": name, "measure": measure, "episodes": rows.height, "value": known(score.value),
-             "ci_low": known(score.low), "ci_high": known(score.high)}
+            {"env": env, "behaviour": name, "measure": measure, "episodes": rows.height, "value": finite(score.value),
+             "ci_low": finite(score.low), "ci_high": finite(score.high)}
             for measure, score in measured.items()
         ]  # fmt: skip
     return pl.DataFrame(table, SUMMARY)

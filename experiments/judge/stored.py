@@ -1,6 +1,6 @@
 """Verdicts in a file: ``claims.json``, ``behaviours.json`` and ``model_claims.json`` have this one form.
 
-An object with ``version`` and ``claims``. Each claim has ``id``, ``title``, ``says``, ``source``, ``model``,
+An object with ``claims``, of which each has ``id``, ``title``, ``says``, ``source``, ``model``,
 ``experiment`` and ``trouble`` as a `Verdict` has them, and
 
 - ``word``: ``holds``, ``fails``, ``sometimes``, or empty where too few replicates could be judged for a word;
@@ -25,13 +25,12 @@ from pydantic import TypeAdapter
 
 from experiments.judge.verdict import Verdict
 
-VERSION = 2
 _READ = TypeAdapter(Verdict)
 
 
 def document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
     """Return what a file of verdicts holds."""
-    return {"version": VERSION, "claims": [_entry(verdict) for verdict in verdicts]}
+    return {"claims": [_entry(verdict) for verdict in verdicts]}
 
 
 def _entry(verdict: Verdict) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -19,7 +19,7 @@ from experiments.declare.outcome import Outcome, together
 from experiments.declare.study import TOGETHER, Levels, Study
 from experiments.judge.count import count, count_columns
 from experiments.judge.measures import Measure, measured, quantity
-from experiments.judge.replicates import Replicate, judged, of_model, of_models, places_of
+from experiments.judge.replicates import Replicate, judged, places_of
 from experiments.settings.grid import Point, values_of
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.parameters import Parameters
@@ -29,12 +29,10 @@ MOST_SLACK = 100.0
 """Slack at which each claim is clipped, in smallest differences."""
 
 
-EVERY_MODEL = ""
-"""The name under which all models are judged where each claim is judged on the models that it is about."""
-
-
 Share = tuple[range, Mapping[str, ConfiguredModel]]
 """Numbers of trials, and the models that see them at a point by their names without the grid's values."""
+ClaimAt = Callable[[Claim, Mapping[str, str]], Claim]
+Tables = Mapping[str, list[dict[str, Any]]]
 
 
 def slack(outcome: Outcome) -> float | None:
@@ -82,6 +80,10 @@ class Sweep:
         Point and model -> its replicates; empty before it is played.
     failures
         What failed.
+    claim_at
+        Makes the claim that is judged at a point, from the claim and the point's levels by axis.
+    further
+        Makes further tables of a sweep that was played: a list of rows by title.
     """
 
     study: Study
@@ -98,6 +100,8 @@ class Sweep:
     parameters: Parameters
     replicates: Mapping[tuple[Point, str], Sequence[Replicate]] = field(default_factory=dict)
     failures: Sequence[Mapping[str, Any]] = ()
+    claim_at: ClaimAt | None = None
+    further: Callable[[Sweep], Tables] | None = None
 
     @property
     def experiments(self) -> tuple[str, ...]:
@@ -107,12 +111,12 @@ class Sweep:
     @cached_property
     def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
         """Point, model and claim -> the outcome in each replicate; of a grid of keys also that of all claims."""
-        study, found = self.study, dict[tuple[Point, str, str], tuple[Outcome, ...]]()
+        found: dict[tuple[Point, str, str], tuple[Outcome, ...]] = {}
         for (point, model), every in self.replicates.items():
             for claim, experiment in self.claims:
-                asked = study.claim_at(claim, dict(point)) if study.claim_at else claim
-                found[point, model, claim.id] = tuple(_outcome(asked, part, model, experiment) for part in every)
-            if len(self.claims) > 1 and study.over:
+                asked = self.claim_at(claim, dict(point)) if self.claim_at else claim
+                found[point, model, claim.id] = tuple(judged(asked, part, experiment, model) for part in every)
+            if len(self.claims) > 1 and self.study.over:
                 columns = zip(*(found[point, model, claim.id] for claim, _ in self.claims), strict=True)
                 found[point, model, TOGETHER] = tuple(
                     Outcome(together([outcome.verdict for outcome in column]), "") for column in columns
@@ -197,9 +201,9 @@ class Sweep:
         return pl.DataFrame(rows, infer_schema_length=None)
 
     @cached_property
-    def tables(self) -> Mapping[str, list[dict[str, Any]]]:
+    def tables(self) -> Tables:
         """The study's further tables."""
-        return self.study.tables(self) if self.study.tables else {}
+        return self.further(self) if self.further else {}
 
     def described(self) -> dict[str, Any]:
         """Return the contents of ``NAME.json``, of which figures and pages are made: counts and measures."""
@@ -243,11 +247,3 @@ def read(sweep: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Map
             thresholds = {name: model.thresholds for name, model in models.items()}
             found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds))
     return dataclasses.replace(sweep, replicates=found, failures=failures)
-
-
-def _outcome(claim: Any, replicate: Replicate, model: str, experiment: str) -> Outcome:
-    if model == EVERY_MODEL:
-        return judged(claim, replicate, experiment)
-    if claim.on == "clips":
-        return of_models(claim, replicate, experiment)
-    return of_model(claim, replicate, model, experiment)

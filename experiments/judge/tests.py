@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from experiments.base.streams import stream
 from experiments.declare.checks import is_number
-from experiments.store.tables import group, known
+from experiments.store.tables import finite, group
 
 RESAMPLES, PERMUTATIONS = 10_000, 9_999
 SEED = 0  # of bootstrap and permutations alone: summaries and tests of equal trials are equal
@@ -369,7 +369,7 @@ def summary_rows(
                 table.append({
                     **dict(zip(keys, values_of_keys, strict=True)), "quantity": quantity, "n": score.n,
                     "mean": score.value, "sd": float(np.std(values, ddof=1)) if score.n > 1 else None,
-                    "median": float(np.median(values)), "ci_low": known(score.low), "ci_high": known(score.high),
+                    "median": float(np.median(values)), "ci_low": finite(score.low), "ci_high": finite(score.high),
                 })  # fmt: skip
     return table
 

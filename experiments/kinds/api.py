@@ -1,4 +1,4 @@
-"""Run, sweep and fit from Python; the commands do it by the same functions."""
+"""Run, sweep, fit and watch from Python; the commands ask for the same."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from experiments.base.console import print_troubles
 from experiments.base.errors import UsageError
 from experiments.base.files import results_folder
-from experiments.base.values import values
+from experiments.base.values import by_key
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
 from experiments.declare.study import Fit, Study, tuple_of
@@ -21,10 +21,9 @@ from experiments.kinds.result import Run
 from experiments.settings.models import model_texts
 from experiments.store.asked import Asked
 from experiments.store.command import begun_by
-from experiments.store.plan import Plan
 from experiments.store.workers import Workers
 
-__all__ = ["asked_of", "fit", "run", "sweep"]
+__all__ = ["fit", "run", "sweep", "watch"]
 
 
 def run(
@@ -100,61 +99,25 @@ def run(
     >>> speed = run("speed", repeats=2, models=["emd"], settings={"dsnn.n_con": 6})
     >>> speed.claims.select("id", "model", "count")
     """
-    asked = asked_of(
-        experiment, seed=seed, repeats=repeats, eyes=eyes, models=models, only=only, settings=settings,
-        pictures=pictures, recordings=recordings, truth=truth,
+    given = os.fspath(experiment) if isinstance(experiment, str | os.PathLike) else experiment
+    found = registry.find(given)
+    hand = found.conditions()[0].hand if isinstance(found, Experiment) and found.name == LIVE else None
+    own = None if isinstance(given, str) or hand else found
+    own_pictures = pictures and os.fspath(pictures)
+    options = {"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": own_pictures}
+    asked = Asked(
+        kind=found.kind, what=(given,) if isinstance(given, str) else (), models=tuple(model_texts(models)), only=only,
+        values=by_key(settings), repeats=None if repeats is None else operator.index(repeats),
+        seed=operator.index(seed), options={**options, **({"hand": asdict(hand)} if hand else {})}, declared=own,
     )  # fmt: skip
-    plan = planned(asked)
-    return _performed(plan, "experiments.run", out, Workers(workers, cluster, quiet=quiet))
+    return _done(asked, "experiments.run", out, Workers(workers, cluster, quiet=quiet))
 
 
-def asked_of(
-    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment,
-    *,
-    seed: int = 0,
-    repeats: int | None = None,
-    eyes: str = "one",
-    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
-    only: bool = False,
-    settings: Mapping[str, Any] | None = None,
-    pictures: str | os.PathLike[str] | None = None,
-    recordings: bool = True,
-    truth: bool = False,
-) -> Asked:
-    """Return what a call of `run` asks for, with its arguments.
-
-    Returns
-    -------
-    Asked
-        Of trials with the robot, or of clips, by the experiment.
-    """
-    options: dict[str, Any] = {"eyes": eyes, "recordings": recordings, **({"truth": True} if truth else {})}
-    what: tuple[str, ...] = ()
-    declared: Experiment | OfflineExperiment | None = None
-    if isinstance(experiment, str | os.PathLike):
-        what = (os.fspath(experiment),)
-        kind = registry.find(what[0]).kind
-    else:
-        declared, kind = experiment, experiment.kind
-        hand = (
-            experiment.conditions()[0].hand if isinstance(experiment, Experiment) and experiment.name == LIVE else None
-        )
-        if hand is not None:
-            options["hand"], declared = asdict(hand), None
-    if pictures is not None:
-        options["pictures"] = os.fspath(pictures)
-    return Asked(
-        kind=kind, what=what, models=tuple(model_texts(models)), only=only, values=values(settings),
-        repeats=None if repeats is None else operator.index(repeats), seed=operator.index(seed),
-        options=options, declared=declared,
-    )  # fmt: skip
-
-
-def _performed(plan: Plan[Any], call: str, out: str | os.PathLike[str] | None, pool: Workers) -> Run:
+def _done(asked: Asked, call: str, out: str | os.PathLike[str] | None, pool: Workers) -> Run:
     """Do a run in the folder asked for, or in a new one, and print what went wrong in users' claims."""
-    folder = results_folder(out, plan.name)
+    plan = planned(asked)
     with begun_by({"call": call}):
-        done = perform(plan, folder, pool)
+        done = perform(plan, results_folder(out, plan.name), pool)
     print_troubles(done.troubles)
     return done
 
@@ -210,7 +173,7 @@ def fit(
     """
     named, declared = ((fit,), None) if isinstance(fit, str) else ((), fit)
     asked = Asked(kind="fit", what=named, declared=declared, seed=operator.index(seed))
-    return _performed(planned(asked), "experiments.fit", out, Workers(workers, cluster, quiet=quiet))
+    return _done(asked, "experiments.fit", out, Workers(workers, cluster, quiet=quiet))
 
 
 def sweep(
@@ -286,7 +249,78 @@ def sweep(
     }
     asked = Asked(
         kind="sweep", what=named, declared=None if named else experiment, models=tuple(model_texts(models or ())),
-        values=values(settings), repeats=repeats, seed=seeds.start if seeds else 0,
+        values=by_key(settings), repeats=repeats, seed=seeds.start if seeds else 0,
         options={name: value if isinstance(value, int) else list(value) for name, value in options.items() if value},
     )  # fmt: skip
-    return _performed(planned(asked), "experiments.sweep", out, Workers(workers, cluster, quiet=quiet))
+    return _done(asked, "experiments.sweep", out, Workers(workers, cluster, quiet=quiet))
+
+
+def watch(
+    source: str | os.PathLike[str],
+    *,
+    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
+    only: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    size: tuple[int, int] | None = None,
+    fps: float | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    judge: bool = False,
+    out: str | os.PathLike[str] | None = None,
+    recordings: bool = True,
+    quiet: bool = False,
+) -> Run:
+    """Show a video, a camera, pictures or a stimulus to models, with progress, and find when what moved which way.
+
+    Parameters
+    ----------
+    source
+        A video file, the index of a camera as a text (``"0"``), a folder of pictures, or a stimulus: a name, or the
+        path of a .py file that declares ``STIMULUS``.
+    models
+        Models to show it to beside ``dsnn``: names, or paths of .py files.
+    only
+        Whether to show it just to those of ``models``.
+    settings
+        Parameter -> value, as ``{"dsnn.n_con": 6}``, of models and of the stimulus.
+    size
+        Width and height that the models see, px; otherwise 320 px along the longer side, of a stimulus its own.
+    fps
+        The models' frame rate; otherwise 30, to which the default thresholds belong, whatever the source's.
+    seconds
+        How much to show; otherwise all. A camera has no end.
+    seed
+        Seed of a stimulus's random draws.
+    judge
+        Whether to compute optical flow between frames, to grade the models and judge claim C12 by it.
+    out
+        A new folder for the results; otherwise ``runs/watch-TIME``.
+    recordings
+        Whether to write a Rerun recording.
+    quiet
+        Whether to show no progress.
+
+    Returns
+    -------
+    Run
+        ``summary``: a row per interval of motion and model, with ``direction`` (rightward, leftward, downward, upward,
+        looming), ``start_s``, ``end_s``, ``frames`` over the threshold, ``peak`` and ``spikes``. ``frames``: a row per
+        frame and model. ``trials``: a row per model. ``failures``, ``claims``, and ``description["notes"]``: what is to
+        be known of the source.
+
+    Raises
+    ------
+    UsageError
+        There is nothing to read, or an argument is invalid. It is a ``ValueError``.
+
+    Examples
+    --------
+    >>> from experiments import watch
+    >>> watch("street.mp4", models=["hybrid"]).summary
+    """
+    options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings}
+    asked = Asked(
+        kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
+        values=by_key(settings), seed=seed, options=options,
+    )  # fmt: skip
+    return _done(asked, "experiments.watch", out, Workers(0, quiet=quiet))

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from experiments.base import console
-from experiments.base.console import count, error_console, out_console, show_files
+from experiments.base.console import count, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.declare.clip import ClipFigure, OfflineExperiment
 from experiments.declare.outcome import Outcome
@@ -17,26 +17,23 @@ from experiments.judge.judge import judge
 from experiments.judge.tests import summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
-from experiments.kinds.kind import Kind
+from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import Run, load
 from experiments.settings.models import shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import folder_pictures
-from experiments.settings.settings import assignments, check_counts, watchers
+from experiments.settings.settings import check_counts, watchers
 from experiments.show.clips import TRIALS, TRUE_FRAMES, ClipTrial, described_scenes, record, trials_of
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
 from experiments.store.folder import RunFolder
-from experiments.store.plan import Plan, filled
+from experiments.store.plan import Plan
 from experiments.store.tables import PEAKS, TrialRecord
-from experiments.store.workers import Workers
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.figure import Figure
 
 QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_looming")
@@ -44,15 +41,6 @@ QUANTITIES = ("spikes", "peak_hs", "trough_hs", "peak_vs", "trough_vs", "peak_lo
 
 
 # What is run.
-
-
-def is_random(experiment: OfflineExperiment) -> bool:
-    """Return whether the clips differ between repeats: whether one has a scene of its own in each, or a frame does."""
-    if any(clip.takes_scene() for clip in experiment.clips):
-        return True
-    pairs = ((clip.build(0), clip.build(1)) for clip in experiment.clips)
-    frames = ((one[place].luma, other[place].luma) for one, other in pairs for place in range(len(one)))
-    return any((one != other).any() for one, other in frames)
 
 
 def plan(asked: Asked) -> Plan[ClipTrial]:
@@ -79,10 +67,12 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     repeats = experiment.repeats if asked.repeats is None else asked.repeats
     check_counts(asked.seed, repeats, f"{experiment.name}: repeats" if asked.repeats is None else "--repeats")
     models = shown_models(experiment.models, asked.models, asked.only)
-    chosen, _ = watchers(models, assignments(asked.values))
+    chosen = watchers(models, asked.values)
     truth, changed = bool(asked.option("truth")), differing(chosen, offline=True)
     trials = trials_of(experiment, chosen, repeats, asked.seed, pictures, truth=truth)
     recordings = bool(asked.option("recordings", True)) and experiment.recorded
+    random = any(clip.is_random for clip in experiment.clips)
+    equal = f"nothing in {experiment.name} is random: its {repeats} repeats are equal"
     resolved = {
         "experiment": experiment,
         "repeats": repeats,
@@ -99,22 +89,14 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     return Plan(
         asked, experiment.name, trials,
         partial(play_clip, recordings=recordings, frames=bool(asked.option("frames", True))), resolved,
-        (TRIALS, TRUE_FRAMES if truth else FRAMES), experiment, chosen, changed, "clips", random=is_random(experiment),
+        (TRIALS, TRUE_FRAMES if truth else FRAMES), experiment, chosen, changed, "clips", random=random,
+        notes=(equal,) if repeats > 1 and not random else (),
     )  # fmt: skip
 
 
 def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) -> TrialRecord:
     """Play a clip. With ``recordings`` it is recorded at the first seed; ``frames`` keeps a row per frame."""
     return play(trial, record if recordings and not trial.repeat else None, frames=frames)
-
-
-def work(plan: Plan[ClipTrial], out: Path, pool: Workers) -> None:
-    """Play the clips that a folder lacks, judge and draw; say where repeats are equal."""
-    repeats = len({trial.repeat for trial in plan.trials})
-    if repeats > 1 and not pool.quiet and not plan.random:
-        error_console.print(f"note: nothing in {plan.name} is random: its {repeats} repeats are equal")
-    with filled(plan, out, pool) as folder:
-        conclude(plan, folder)
 
 
 # What it comes to.
@@ -189,4 +171,4 @@ def words(run: Run) -> str:
     return f"{run.description['experiment']['summary']}."
 
 
-KIND = Kind(plan, work, draw, show, renders=False, chapter="Clips", words=words)
+KIND = Kind(plan, concluding(conclude), draw, show, renders=False, chapter="Clips", words=words)

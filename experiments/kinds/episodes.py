@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -76,27 +76,20 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
     played = tuple(dict.fromkeys([*named, *others]))
     number = EPISODES_EACH if asked.repeats is None else asked.repeats
     check_counts(asked.seed, number, "--episodes")
-    check_unique("two behaviours", [load_behaviour(name).name for name in played])
-    return _planned(asked, played, where, options, number, (compared or [first.name])[0])
-
-
-def _planned(
-    asked: Asked, names: Sequence[str], env: str, options: Mapping[str, Any], number: int, reference: str
-) -> Plan[EpisodeTrial]:
-    """Return the plan of checked episodes; collisions are compared with those of ``reference``."""
-    loaded = list(map(load_behaviour, names))
+    reference, loaded = (compared or [first.name])[0], list(map(load_behaviour, played))
+    check_unique("two behaviours", [behaviour.name for behaviour in loaded])
     trials = []
     for place, behaviour in enumerate(loaded):
         sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
         for repeat in range(number):
             index = place * number + repeat
-            trials.append(EpisodeTrial("behave", index, repeat, asked.seed + repeat, names[place], sees_by))
+            trials.append(EpisodeTrial("behave", index, repeat, asked.seed + repeat, played[place], sees_by))
     arena, steps = options.get("arena", ""), asked.option("steps")
     recorded = number if asked.option("recordings", False) else 0
     files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
-    sources = [*names, *(behaviour.model for behaviour in loaded), *files]
+    sources = [*played, *(behaviour.model for behaviour in loaded), *files]
     resolved = {
-        "experiment": "behave", "behaviours": names, "env": env, "options": options, "episodes": number,
+        "experiment": "behave", "behaviours": played, "env": where, "options": options, "episodes": number,
         "seed": asked.seed, "steps": steps, "trials": len(trials), "recorded": recorded, "reference": reference,
         **provenance.of(map(_source, dict.fromkeys(sources))),
     }  # fmt: skip
@@ -105,10 +98,10 @@ def _planned(
         "behave",
         # A seed's episodes of all behaviours one after the other: the first tell how long the rest takes.
         sorted(trials, key=lambda trial: (trial.repeat, trial.index)),
-        partial(play_trial, env=env, options=options, steps=steps, recorded=recorded),
+        partial(play_trial, env=where, options=options, steps=steps, recorded=recorded),
         resolved,
         (EPISODES, STEPS),
-        Played(env, tuple(behaviour.name for behaviour in loaded), bool(options), reference),
+        Played(where, tuple(behaviour.name for behaviour in loaded), not options, reference),
         things="episodes",
     )
 
@@ -123,15 +116,15 @@ class Played:
         Id of the env.
     names
         Names of the behaviours.
-    changed
-        Whether an argument of the env is set.
+    default
+        Whether no argument of the env is set.
     reference
         Name of the behaviour that collisions are compared with.
     """
 
     env: str
     names: tuple[str, ...]
-    changed: bool
+    default: bool
     reference: str
 
 
@@ -216,7 +209,7 @@ def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     from experiments.draw import style  # not before: workers do without matplotlib
 
     played, trials = plan.declared, folder.table("trials")
-    claims = () if played.changed else claims_on("behaviours").values()  # a claim is about the env as it is
+    claims = claims_on("behaviours").values() if played.default else ()  # a claim is about the env as it is
     folder.write_json("claims.json", stored.document(scoring.verdicts(claims, played.env, played.names, trials)))
     summary = scoring.summary(trials, played.env, played.reference)
     if not summary.is_empty():

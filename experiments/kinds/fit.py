@@ -29,7 +29,7 @@ from experiments.kinds.result import Run, load
 from experiments.kinds.tables import FITS
 from experiments.settings.grid import apart, take
 from experiments.settings.models import look_up
-from experiments.settings.settings import assignments, check_counts, collect, schema_of
+from experiments.settings.settings import by_section, check_counts, schema_of
 from experiments.store.asked import Asked
 from experiments.store.description import begin_whole, begun
 from experiments.store.plan import Plan
@@ -72,9 +72,8 @@ def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
     models = look_up(fit.study.models)
     sections: dict[str, Any] = {model.section: model.network for model in models}
     networks = set(sections)
-    for name in fit.study.experiments or sweep_plan.answering(fit.study.claims):
-        part = sweep_plan.part_of(registry.find(name), replace(fit.study, assignments=()), 0)
-        sections |= part.base
+    for name in fit.study.experiments or registry.answering_for(fit.study.claims):
+        sections |= sweep_plan.sections_of(registry.find(name))
     fixed, taken = {text.partition("=")[0] for text in fit.study.assignments}, set[str]()
     box = {}
     for text in fit.over:
@@ -91,7 +90,7 @@ def _distribution(key: str, ends: str, sections: Mapping[str, Any]) -> Any:
     from optuna import distributions as kinds
 
     parameter, end = apart(key)
-    collect([f"{parameter}={ends}"], sections, option="--over")  # the key is known
+    by_section({parameter: ends}, sections, "--over")  # the key is known
     section, _, name = parameter.partition(".")
     schema = schema_of(sections[section], name)
     if end and schema.get("type") == "array":
@@ -272,7 +271,7 @@ def plan(asked: Asked) -> Plan[Any]:
     check_counts(asked.seed, fit.held_out, "--held-out")
     box, outside = box_of(fit)
     corners = [{key: at(kind, share) for key, kind in box.items()} for share in (0.0, np.nextafter(1.0, 0.0))]
-    swept = sweep_plan.planned(study_of(fit, corners), asked.seed, repeats=fit.search_repeats)
+    swept = sweep_plan.sweep_of(study_of(fit, corners), asked.seed, repeats=fit.search_repeats)
     if not swept.claims:
         raise UsageError(f"{', '.join(swept.experiments)}: no claim there can be fitted to")
     import optuna
@@ -302,7 +301,7 @@ def fit_of(asked: Asked) -> Fit:
     name = f"fit-{'-'.join(Path(one).stem for one in asked.what)}"
     study = typed(
         ",".join(asked.what), name=name, claims=asked.option("claims"), models=asked.models or None,
-        assignments=assignments(asked.values), replicates=asked.option("replicates"),
+        assignments=asked.values, replicates=asked.option("replicates"),
     )  # fmt: skip
     return Fit(study, tuple(asked.option("over", ())), **given)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,26 +18,24 @@ from dsnn.stimuli import STIMULI, StimulusEntry
 from experiments.base import console, interrupts
 from experiments.base.console import error_console, progress, show_files
 from experiments.base.errors import TrialError, UsageError, as_usage_error
-from experiments.base.files import NAME, part, results_folder
+from experiments.base.files import NAME, part
 from experiments.base.user_code import is_own
-from experiments.base.values import values
 from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import motion, stored
 from experiments.judge.motion import GRADES, grades, near_miss
-from experiments.kinds.kind import Kind, perform
+from experiments.kinds.kind import Kind
 from experiments.kinds.result import Run
 from experiments.kinds.tables import CLAIMS, shipped
-from experiments.settings.models import ConfiguredModel, model_texts, rate_notes, shown_models
+from experiments.settings.models import ConfiguredModel, rate_notes, shown_models
 from experiments.settings.parameters import differing
-from experiments.settings.settings import assignments, changed, check_counts, collect, watchers
+from experiments.settings.settings import check_counts, in_sections, watchers
 from experiments.show.clips import open_clip, recorded
 from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.command import begun_by
 from experiments.store.description import THRESHOLDS, begun, read_description
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, print_notes
@@ -81,7 +79,7 @@ def plan(asked: Asked) -> Plan[Trial]:
         There is nothing to read, or an argument is invalid.
     """
     (name,), seed, jitter_px = asked.what, asked.seed, asked.option("jitter_px", 0.0)
-    seconds, size, texts = asked.option("seconds"), asked.option("size"), assignments(asked.values)
+    seconds, size = asked.option("seconds"), asked.option("size")
     check_counts(seed)
     if seconds is not None and not seconds > 0:
         raise UsageError(f"seconds must be above 0, got {seconds}")
@@ -89,22 +87,19 @@ def plan(asked: Asked) -> Plan[Trial]:
     entry = find_stimulus(name) if name in STIMULI or name.endswith(".py") else None
     clip = None
     if entry:
-        clip = clip_of(entry, [text for text in texts if text.partition(".")[0] == entry.name], jitter_px)
+        own = {key: value for key, value in asked.values.items() if key.partition(".")[0] == entry.name}
+        clip = clip_of(entry, own, jitter_px)
     elif seed or jitter_px:
         raise UsageError(f"{name}: a seed and jitter are of a stimulus, which a film is not")
+    stimulus = open_clip(clip, seed) if clip else None
     source = VideoSource(
         name, tuple(size) if size else None, seconds, flow=bool(asked.option("judge", False)),
-        stimulus=open_clip(clip, seed) if clip else None,
+        stimulus=stimulus,
     )  # fmt: skip
-    chosen, _ = watchers(labels, texts, {entry.name: entry.params} if entry else {}, asked.option("fps"))
-    return _planned(asked, Trial("watch", 0, 0, seed, source, chosen))
-
-
-def _planned(asked: Asked, trial: Trial) -> Plan[Trial]:
-    """Return the plan of a checked source."""
-    source, stimulus = trial.condition, trial.condition.stimulus
-    shown = {"stimulus": stimulus.stimulus.params, "jitter_px": stimulus.clip.jitter_px} if stimulus else {}
-    files, changed = [source.name] if stimulus and is_own(source.name) else [], differing(trial.models, offline=True)
+    chosen = watchers(labels, asked.values, {entry.name: entry.params} if entry else {}, asked.option("fps"))
+    trial = Trial("watch", 0, 0, seed, source, chosen)
+    shown = {"stimulus": stimulus.stimulus.params, "jitter_px": jitter_px} if stimulus else {}
+    files, changed = [source.name] if clip and is_own(source.name) else [], differing(chosen, offline=True)
     resolved = {
         "experiment": "watch", "source": source.name, "size": source.size, "fps": source.rate,
         "seconds": source.seconds, "judged": source.flow, "seed": trial.seed, "trials": 1, "models": trial.models,
@@ -118,10 +113,9 @@ def _planned(asked: Asked, trial: Trial) -> Plan[Trial]:
     )  # fmt: skip
 
 
-def clip_of(entry: StimulusEntry, texts: Sequence[str], jitter_px: float) -> Clip:
-    """Return a stimulus with ``NAME.PARAM=VALUE`` set, before a trembling camera; `UsageError` if not legal."""
-    changes = collect(texts, {entry.name: entry.params})
-    params = changed(entry.name, entry.params, changes.get(entry.name, {}))
+def clip_of(entry: StimulusEntry, values: Mapping[str, Any], jitter_px: float) -> Clip:
+    """Return a stimulus with ``values`` by key, before a trembling camera; `UsageError` if not legal."""
+    params = in_sections(values, {entry.name: entry.params})[entry.name]
     with as_usage_error(f"{entry.name}: "):
         return Clip(entry.name, replace(entry, params=params), (), jitter_px)
 
@@ -325,76 +319,3 @@ def _filled(table: pl.DataFrame) -> pl.DataFrame:
 
 
 KIND = Kind(plan, work, draw, show, renders=None)
-
-
-def watch(
-    source: str | os.PathLike[str],
-    *,
-    models: str | os.PathLike[str] | Iterable[str | os.PathLike[str]] = (),
-    only: bool = False,
-    settings: Mapping[str, Any] | None = None,
-    size: tuple[int, int] | None = None,
-    fps: float | None = None,
-    seconds: float | None = None,
-    seed: int = 0,
-    judge: bool = False,
-    out: str | os.PathLike[str] | None = None,
-    recordings: bool = True,
-    quiet: bool = False,
-) -> Run:
-    """Show a video, a camera, pictures or a stimulus to models, with progress, and find when what moved which way.
-
-    Parameters
-    ----------
-    source
-        A video file, the index of a camera as a text (``"0"``), a folder of pictures, or a stimulus: a name, or the
-        path of a .py file that declares ``STIMULUS``.
-    models
-        Models to show it to beside ``dsnn``: names, or paths of .py files.
-    only
-        Whether to show it just to those of ``models``.
-    settings
-        Parameter -> value, as ``{"dsnn.n_con": 6}``, of models and of the stimulus.
-    size
-        Width and height that the models see, px; otherwise 320 px along the longer side, of a stimulus its own.
-    fps
-        The models' frame rate; otherwise 30, to which the default thresholds belong, whatever the source's.
-    seconds
-        How much to show; otherwise all. A camera has no end.
-    seed
-        Seed of a stimulus's random draws.
-    judge
-        Whether to compute optical flow between frames, to grade the models and judge claim C12 by it.
-    out
-        A new folder for the results; otherwise ``runs/watch-TIME``.
-    recordings
-        Whether to write a Rerun recording.
-    quiet
-        Whether to show no progress.
-
-    Returns
-    -------
-    Run
-        ``summary``: a row per interval of motion and model, with ``direction`` (rightward, leftward, downward, upward,
-        looming), ``start_s``, ``end_s``, ``frames`` over the threshold, ``peak`` and ``spikes``. ``frames``: a row per
-        frame and model. ``trials``: a row per model. ``failures``, ``claims``, and ``description["notes"]``: what is to
-        be known of the source.
-
-    Raises
-    ------
-    UsageError
-        There is nothing to read, or an argument is invalid. It is a ``ValueError``.
-
-    Examples
-    --------
-    >>> from experiments import watch
-    >>> watch("street.mp4", models=["hybrid"]).summary
-    """
-    options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings}
-    asked = Asked(
-        kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
-        values=values(settings), seed=seed, options=options,
-    )  # fmt: skip
-    folder = results_folder(out, "watch")
-    with begun_by({"call": "experiments.watch"}):
-        return perform(plan(asked), folder, Workers(0, quiet=quiet))

@@ -14,44 +14,36 @@ from typing import Any
 import polars as pl
 
 from dsnn import MODELS
-from experiments.base.console import error_console
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.kinds import registry, trials
-from experiments.kinds.kind import Kind
+from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.result import Run
+from experiments.robot.log_trial import LEAST_FPS, LogTrial, lacking, pictures_in, record, trial_folder
 from experiments.robot.logs import (
     CHANNELS,
     FRAMES,
-    LEAST_FPS,
     LINE,
     LOG,
     LOG_OF_SIMULATION,
     MEASURED,
     SCHEMA,
     SIMULATION,
-    LogTrial,
     condition_of,
-    lacking,
     logged,
-    pictures_in,
     read,
-    record,
-    trial_folder,
 )
-from experiments.settings.apparatus import configure
-from experiments.settings.models import ConfiguredModel, look_up, parse_model
-from experiments.settings.settings import assignments
+from experiments.settings.models import look_up, parse_model
+from experiments.settings.settings import configure
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.store.asked import Asked
-from experiments.store.plan import Plan, filled
+from experiments.store.plan import Plan
 from experiments.store.recordings import pictures, write_pictures
 from experiments.store.tables import COLUMN, TrialRecord
-from experiments.store.workers import Workers
 
 MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})
 SHOWN_FRAMES = "@frames"
@@ -86,13 +78,15 @@ def plan(asked: Asked) -> Plan[LogTrial]:
     table = read(path, next(iter(declared), "dsnn"))
     of_model = _of_models(path, table, declared, asked.models, frames)
     texts = list(dict.fromkeys([*(declared.get(label, label) for label in of_model), *asked.models]))
-    chosen, settings = configure(experiment, texts, assignments(asked.values))
+    chosen, settings = configure(experiment, texts, asked.values)
     by_text = dict(zip(texts, settings.models, strict=True))
     ran = {label: by_text[declared.get(label, label)] for label in of_model}
     playing = {label: logged(model, of_model[label]) for label, model in ran.items()}
     unknown = {label: [channel for channel in ran[label].channels if channel not in model.channels]
                for label, model in playing.items()}  # fmt: skip
-    shown = [_renamed(by_text[text], of_model) for text in asked.models]
+    replaying = [by_text[text] for text in asked.models]  # under labels that the robot's own have not
+    shown = [dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES}") if model.label in of_model else model
+             for model in replaying]  # fmt: skip
     its_own, replayed = LOG_OF_SIMULATION if SIMULATION in table["origin"] else MEASURED
     origins = {**dict.fromkeys(playing, its_own), **{model.label: replayed for model in shown}}
     repeats: Counter[Any] = Counter()
@@ -110,15 +104,8 @@ def plan(asked: Asked) -> Plan[LogTrial]:
     return Plan(
         asked, experiment.name, listed, play_trial, {**resolved, "measured": _source(path, frames, listed)},
         (MEASURED_SCHEMA, FRAME_SCHEMA), chosen, settings.models, changed,
+        notes=tuple(filter(None, (lacking(trial)[1] for trial in listed))),
     )  # fmt: skip
-
-
-def work(plan: Plan[LogTrial], out: Path, pool: Workers) -> None:
-    """Show the trials that a folder lacks to the models, and conclude; say where frames are lacking."""
-    for note in filter(None, (lacking(trial)[1] for trial in plan.trials)):
-        error_console.print(f"note: {note}")
-    with filled(plan, out, pool) as folder:
-        trials.conclude(plan, folder)
 
 
 def _of_models(
@@ -133,11 +120,6 @@ def _of_models(
         if label not in declared and parse_model(label)[0] not in MODELS:  # a cell of a log runs no file
             raise UsageError(f"{path}, line {rows[LINE][0]}: no model '{label}': name its file by --ran FILE.py")
     return of_model
-
-
-def _renamed(model: ConfiguredModel, of_model: Mapping[str, Any]) -> ConfiguredModel:
-    """Return a model that is shown the frames, under a label that the robot's own have not."""
-    return dataclasses.replace(model, label=f"{model.label}{SHOWN_FRAMES if model.label in of_model else ''}")
 
 
 def _source(path: Path, frames: Path | None, listed: Sequence[LogTrial]) -> dict[str, Any]:
@@ -202,4 +184,4 @@ def write(recorded: Run, out: Path) -> None:
             write_pictures(out / FRAMES / recording.stem, frames, ".pgm")
 
 
-KIND = Kind(plan, work, trials.draw, trials.show, renders=False)
+KIND = Kind(plan, concluding(trials.conclude), trials.draw, trials.show, renders=False)

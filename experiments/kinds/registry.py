@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from experiments.declare.conditions import Hand
 from experiments.declare.experiment import Experiment, visit
 from experiments.declare.study import Study, tuple_of
 from experiments.kinds.tables import CLAIMS, EXPERIMENTS, FITS, NAMES, OFFLINE, STUDIES, shipped
-from experiments.settings.models import named_model
+from experiments.settings.models import ConfiguredModel, named_model
 from experiments.store.asked import Asked
 from scenes import is_arena_file
 from scenes.hints import nearest
@@ -157,7 +157,7 @@ def typed(
     asked = {name: value for name, value in given.items() if value is not None}
     if over and isinstance(experiment, Study):
         asked["over"] = over
-    asked["assignments"] = (*study.assignments, *asked.get("assignments", ()))
+    asked["assignments"] = (*study.assignments, *tuple_of(asked.get("assignments", ()), "assignments"))
     return dataclasses.replace(study, **asked)
 
 
@@ -176,3 +176,51 @@ def asked_models(experiment: Experiment) -> tuple[str, ...]:
     """Return the models that an experiment's claims are about: its own, with looming detectors where a claim is."""
     looming = any(find_claim(claim, "robot").about == "looming" for claim in experiment.claims)
     return (*experiment.models, *LOOMING_DETECTORS) if looming else experiment.models
+
+
+def answering_for(claims: Sequence[str | Claim]) -> list[str]:
+    """Return the paper's experiments with the robot that answer for claims: of each claim the first that declares it.
+
+    Raises `UsageError` for a claim that none of them declares.
+    """
+    ids, known = [claim.id if isinstance(claim, Claim) else claim for claim in claims], answering()
+    if unknown := next((name for name in ids if name not in known), ""):
+        near = nearest(unknown, known, " (", ")")
+        raise UsageError(f"claim {unknown!r}{near}: no experiment with the robot declares it; name the experiment")
+    return [name for name in NAMES if name in {known[claim] for claim in ids}]
+
+
+def claims_of(
+    experiments: Sequence[Any], study: Study, models: Sequence[ConfiguredModel]
+) -> tuple[tuple[Claim, str], ...]:
+    """Return the claims of a study, each with the first experiment that declares it.
+
+    Raises `UsageError` for one that is not declared there, or is about none of the ``models``, where there are some.
+    """
+    on: Any = "robot" if isinstance(experiments[0], Experiment) else "clips"
+    declared: dict[str, tuple[Claim, str]] = {}
+    for experiment in experiments:
+        for claim in (find_claim(claim, on) for claim in experiment.claims):
+            declared.setdefault(claim.id, (claim, experiment.name))
+    about = [name for name, (claim, _) in declared.items() if _is_about(claim, models)]
+    chosen: dict[str, tuple[Claim, str]] = {}
+    for asked in study.claims or (() if study.measures else about):
+        name = asked.id if isinstance(asked, Claim) else asked
+        if isinstance(asked, str) and asked not in declared:
+            raise UsageError(f"--claims {name}: the experiments declare {', '.join(declared) or 'none'}")
+        claim = asked if isinstance(asked, Claim) else declared[name][0]
+        if not _is_about(claim, models):
+            labels = ", ".join(model.label for model in models)
+            raise UsageError(f"--claims {name}: it is about other models than {labels}, or compares models")
+        chosen[name] = (claim, declared.get(name, (claim, experiments[0].name))[1])
+    return tuple(chosen.values())
+
+
+def _is_about(claim: Any, models: Sequence[ConfiguredModel]) -> bool:
+    """Tell whether a claim is about one of the models judged, or none are named; clips have just one."""
+    labels = {model.label for model in models}
+    if claim.on == "clips":
+        return bool(labels <= claim.models)
+    channel = "looming" if claim.about == "looming" else "hs"
+    responds = any(channel in model.channels for model in models)
+    return not models or (responds and all(claim.models <= {label} for label in labels))

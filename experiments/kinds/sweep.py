@@ -5,25 +5,25 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from experiments.base.console import error_console, show_places
+from experiments.base.console import show_places
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
-from experiments.declare.study import Study
-from experiments.judge.sweep import Sweep, read
+from experiments.declare.study import Levels, Study
+from experiments.judge.sweep import ClaimAt, Sweep, Tables, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
-from experiments.kinds.kind import Kind
-from experiments.kinds.registry import typed
+from experiments.kinds.kind import Kind, concluding
+from experiments.kinds.registry import shipped_study, typed
 from experiments.kinds.result import Run
-from experiments.kinds.sweep_plan import planned
-from experiments.settings.settings import assignments
+from experiments.kinds.sweep_plan import sweep_of
+from experiments.kinds.tables import PLANS, STUDIES, shipped
 from experiments.show import clips
 from experiments.show.play import FRAMES, Trial, tabulate
 from experiments.show.play import show as shown_to
@@ -37,6 +37,8 @@ from experiments.store.workers import Workers
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SAME = "where nothing is random one replicate is run, and the verdict is that at any seed"
+Probe = tuple[Callable[[Any], Mapping[str, Mapping[str, Any]]], Mapping[str, Any]]
 
 # What is run.
 
@@ -56,7 +58,9 @@ def plan(asked: Asked) -> Plan[Any]:
         It cannot be run so.
     """
     study = study_of(asked)
-    return plan_of(planned(study, asked.seed, repeats=asked.repeats), asked)
+    ships = study.name in STUDIES and study.summary == shipped_study(study.name).summary
+    made: Plan[Any] = (shipped(PLANS["studies"]).get(study.name, plan_of) if ships else plan_of)(study, asked)
+    return made
 
 
 def study_of(asked: Asked, **fields: Any) -> Study:
@@ -68,7 +72,7 @@ def study_of(asked: Asked, **fields: Any) -> Study:
     options = {name: asked.option(name) for name in ("claims", "measures", "replicates")}
     return typed(
         named, asked.option("over", ()), models=asked.models or None,
-        assignments=assignments(asked.values), **options, **fields,
+        assignments=asked.values, **options, **fields,
     )  # fmt: skip
 
 
@@ -81,17 +85,31 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
     return drawn_here(dataclasses.replace(record, rows=tuple({**row, **more[row["model"]]} for row in record.rows)))
 
 
-def plan_of(sweep: Sweep, asked: Asked) -> Plan[Any]:
-    """Return the plan of a checked sweep. Its trials leave neither recordings nor frames."""
-    on_clips, probe = isinstance(sweep.specs[0].condition, Clip), sweep.study.probe
+def plan_of(
+    study: Study, asked: Asked, *, probe: Probe | None = None, further: Callable[[Sweep], Tables] | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None,
+) -> Plan[Any]:  # fmt: skip
+    """Return the plan of a study; ``probe`` as of `of_checked`, ``further`` of a `Sweep`, the others of `sweep_of`."""
+    checked = sweep_of(study, asked.seed, repeats=asked.repeats, only=only, claim_at=claim_at)
+    return of_checked(dataclasses.replace(checked, further=further), asked, probe)
+
+
+def of_checked(sweep: Sweep, asked: Asked, probe: Probe | None = None) -> Plan[Any]:
+    """Return the plan of a checked sweep. Its trials leave neither recordings nor frames.
+
+    A ``probe`` adds columns to the rows of each model: what makes them, by label, of what a trial with the robot showed
+    (`experiments.show.play.Showing` of each eye), a function of a module as it is pickled; and their types.
+    """
+    on_clips = isinstance(sweep.specs[0].condition, Clip)
     robot = TRUE_TRIALS if sweep.specs[0].truth else TRIAL_SCHEMA
-    done: Any = partial(play_clip, frames=False) if on_clips else trials.work
+    done: Any = partial(play_clip, frames=False) if on_clips else trials.play_trial
     return Plan(
         asked, sweep.study.name, sweep.specs, partial(_probed, columns=probe[0]) if probe else done,
         {**sweep.resolved, "experiment": sweep.study.name},
         (clips.TRIALS, FRAMES) if on_clips
         else (robot | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         sweep, parameters=sweep.parameters, things="clips" if on_clips else "trials",
+        notes=(SAME,) if sweep.fixed else (),
     )  # fmt: skip
 
 
@@ -99,14 +117,6 @@ def played(plan: Plan[Any], out: Path, pool: Workers) -> Sweep:
     """Do what a folder lacks of a sweep, and read what it has; no table is written."""
     with filled(plan, out, pool) as folder:
         return read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
-
-
-def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
-    """Do what a folder lacks of a sweep, and conclude; say where one replicate stands for all."""
-    if plan.declared.fixed and not pool.quiet:
-        error_console.print("note: where nothing is random one replicate is run, and the verdict is that at any seed")
-    with filled(plan, out, pool) as folder:
-        conclude(plan, folder)
 
 
 def conclude(plan: Plan[Any], folder: RunFolder) -> None:
@@ -150,4 +160,4 @@ def show(run: Run) -> None:
     show_places({"figure": run.folder / f"{run.name}.png", "table": run.folder / "counts.csv"})
 
 
-KIND = Kind(plan, work, draw, show, summary="counts.csv")
+KIND = Kind(plan, concluding(conclude), draw, show, summary="counts.csv")

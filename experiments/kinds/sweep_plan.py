@@ -14,28 +14,24 @@ from typing import Any
 
 from experiments.base.errors import UsageError
 from experiments.base.files import plain
-from experiments.declare.claim import Claim
+from experiments.base.values import key_values
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.declare.study import WHOLE, Levels, Study
 from experiments.judge import measures as measuring
-from experiments.judge.replicates import MODEL
-from experiments.judge.sweep import EVERY_MODEL, Share, Sweep
+from experiments.judge.replicates import EVERY_MODEL, MODEL
+from experiments.judge.sweep import ClaimAt, Share, Sweep
 from experiments.kinds import registry, trials
-from experiments.kinds.clips import is_random as is_random_clips
-from experiments.kinds.registry import asked_models, find_claim
-from experiments.kinds.tables import NAMES
-from experiments.settings.apparatus import sections
+from experiments.kinds.registry import answering_for, asked_models, claims_of
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
-from experiments.settings.settings import changed, check_counts, watchers
+from experiments.settings.settings import check_counts, sections, watchers, with_values
 from experiments.show import clips
 from experiments.show.robot import is_random, trials_of
 from experiments.show.trial_rows import TRIAL_SCHEMA
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from scenes.hints import nearest
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,16 +59,14 @@ def settled(model: ConfiguredModel) -> set[str]:
     return {f"{model.section}.{name}" for name in parse_model(model.text)[1]}
 
 
-def _applying(assignments: Sequence[str], known: Mapping[str, Any]) -> list[str]:
-    return [text for text in assignments if knows(known, text.partition("=")[0])]
+def _applying(assignments: Sequence[str], sections: Base) -> dict[str, str]:
+    return {key: text for key, text in key_values(assignments).items() if knows(sections, key)}
 
 
 def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[str]) -> Part:
     """Return an experiment with the robot, shown to models, as a part of a sweep."""
-    assignments = _applying(study.assignments, sections(declared, models))
-    asked = Asked(
-        kind="trials", values=dict(text.split("=", 1) for text in assignments), repeats=study.repeats, seed=seed
-    )
+    values = _applying(study.assignments, sections(declared, models))
+    asked = Asked(kind="trials", values=values, repeats=study.repeats, seed=seed)
     whole, settings, repeats = trials.checked(declared, models, asked)
     number, truth = len(whole.conditions()) * repeats, any(name.startswith(measuring.TRUE) for name in study.measures)
     resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
@@ -101,18 +95,18 @@ def clips_part(declared: OfflineExperiment, study: Study, seed: int, needed: Col
     own = [model.text for model in look_up(declared.models, "offline") if needed is None or model.label in needed]
     stimuli = _stimuli(declared, seed)
     shown = look_up([*study.models, *own], "offline")
-    texts = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
-    models, _ = watchers([model.text for model in shown], texts, stimuli)
-    whole = _with_values(declared, dict(text.split("=", 1) for text in texts))
+    values = _applying(study.assignments, {model.section: model.network for model in shown} | stimuli)
+    models = watchers([model.text for model in shown], values, stimuli)
+    whole = _with_clips_set(declared, values)
 
     def render(over: Mapping[str, str]) -> Any:
-        moved = _with_values(whole, over)
+        moved = _with_clips_set(whole, over)
 
         def specs(replicate: int, variants: tuple[ConfiguredModel, ...]) -> list[Any]:
             every = clips.trials_of(moved, variants, study.replicates, seed)
             return [trial for trial in every if trial.repeat == replicate]
 
-        return [clip.build(seed).params for clip in moved.clips], specs, is_random_clips(moved)
+        return [clip.build(seed).params for clip in moved.clips], specs, any(clip.is_random for clip in moved.clips)
 
     described = {**clips.described_scenes(whole.clips, study.replicates, None),
                  "changed": differing(models, offline=True), "files": provenance.of((), declared)["files"]}  # fmt: skip
@@ -124,26 +118,26 @@ def _stimuli(declared: OfflineExperiment, seed: int) -> dict[str, Any]:
     return {clip.entry.name: clip.build(seed).params for clip in reversed(declared.clips)}
 
 
-def _with_values(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
+def _with_clips_set(declared: OfflineExperiment, values: Mapping[str, str]) -> OfflineExperiment:
     """Return an experiment with values for its stimuli, by key; `UsageError` if one is not legal."""
 
     def with_own(clip: Clip) -> Clip:
         own = {key.partition(".")[2]: text for key, text in values.items() if key.partition(".")[0] == clip.entry.name}
-        params = changed(clip.entry.name, clip.build(0).params, own)
+        params = with_values(clip.entry.name, clip.build(0).params, own)
         return dataclasses.replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
 
     return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
 
 
-def part_of(declared: Any, study: Study, seed: int = 0) -> Part:
-    """Return an experiment as a part of a sweep, with the models of the study alone."""
-    part: Any = clips_part if isinstance(declared, OfflineExperiment) else robot_part
-    return part(declared, study, seed, () if part is clips_part else study.models)  # type: ignore[no-any-return]
+def sections_of(declared: Any) -> Base:
+    """Return the sections of ``--set`` that the trials of an experiment read, beside those of models."""
+    return sections(declared, ()) if isinstance(declared, Experiment) else _stimuli(declared, 0)
 
 
-def planned(
-    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None
-) -> Sweep:
+def sweep_of(
+    study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None,
+) -> Sweep:  # fmt: skip
     """Check a study and list all its trials.
 
     Parameters
@@ -156,6 +150,11 @@ def planned(
         Experiment -> the models shown there, all judged together, in place of the study's.
     repeats
         Trials of each condition, in place of the study's own number.
+    only
+        Level -> the models judged there, where these are not all.
+    claim_at
+        As of a `Sweep`. The points are then read off one run of the off-line experiment, with its own models and the
+        first of the study's.
 
     Raises
     ------
@@ -169,21 +168,21 @@ def planned(
         models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
-    if not on_robot and not study.claim_at and len(models) > 1:
+    if not on_robot and not claim_at and len(models) > 1:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
-    claims = _claims(experiments, study, [] if models_in or study.claim_at else models)
+    claims = claims_of(experiments, study, [] if models_in or claim_at else models)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
         parts.append(
             robot_part(experiment, study, seed, (models_in or {}).get(experiment.name, study.models))
             if on_robot
-            else clips_part(experiment, study, seed, None if study.claim_at else needed)
+            else clips_part(experiment, study, seed, None if claim_at else needed)
         )
     axes = _axes(study, parts)
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
-    renderings = {part.declared.name: _renderings(part, study, axes, parameters) for part in parts}
+    renderings = {part.declared.name: _renderings(part, study, axes, parameters, only or {}) for part in parts}
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
     measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
@@ -193,7 +192,7 @@ def planned(
     if not any(random for *_, random, _, _ in shown):
         study = dataclasses.replace(study, replicates=1)
     specs, shares = _trials(shown, study.replicates, judged[0] if models_in or not on_robot else None)
-    if study.claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
+    if claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
     there = {(point, name) for point, name, *_ in shares}
     each = [part.repeats for part in parts]
@@ -205,13 +204,14 @@ def planned(
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
     return Sweep(
-        study, claims, measures, axes, judged_at, seed, tuple(specs), shares, each, fixed, resolved, parameters
-    )
+        study, claims, measures, axes, judged_at, seed, tuple(specs), shares, each, fixed, resolved, parameters,
+        claim_at=claim_at,
+    )  # fmt: skip
 
 
 def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
     """Return the experiments of a study, all of one kind, and whether a robot is in them."""
-    experiments: list[Any] = list(map(registry.find, study.experiments or answering(study.claims)))
+    experiments: list[Any] = list(map(registry.find, study.experiments or answering_for(study.claims)))
     names = [experiment.name for experiment in experiments]
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
@@ -260,54 +260,6 @@ def _resolved(
     }  # fmt: skip
 
 
-def answering(claims: Sequence[str | Claim]) -> list[str]:
-    """Return the paper's experiments with the robot that answer for claims: of each claim the first that declares it.
-
-    Raises `UsageError` for a claim that none of them declares.
-    """
-    ids, known = [claim.id if isinstance(claim, Claim) else claim for claim in claims], registry.answering()
-    if unknown := next((name for name in ids if name not in known), ""):
-        near = nearest(unknown, known, " (", ")")
-        raise UsageError(f"claim {unknown!r}{near}: no experiment with the robot declares it; name the experiment")
-    return [name for name in NAMES if name in {known[claim] for claim in ids}]
-
-
-def _claims(
-    experiments: Sequence[Any], study: Study, models: Sequence[ConfiguredModel]
-) -> tuple[tuple[Claim, str], ...]:
-    """Return the claims of a study, each with the first experiment that declares it.
-
-    Raises `UsageError` for one that is not declared there, or is about none of the ``models``, where there are some.
-    """
-    on: Any = "robot" if isinstance(experiments[0], Experiment) else "clips"
-    declared: dict[str, tuple[Claim, str]] = {}
-    for experiment in experiments:
-        for claim in (find_claim(claim, on) for claim in experiment.claims):
-            declared.setdefault(claim.id, (claim, experiment.name))
-    about = [name for name, (claim, _) in declared.items() if _is_about(claim, models)]
-    chosen: dict[str, tuple[Claim, str]] = {}
-    for asked in study.claims or (() if study.measures else about):
-        name = asked.id if isinstance(asked, Claim) else asked
-        if isinstance(asked, str) and asked not in declared:
-            raise UsageError(f"--claims {name}: the experiments declare {', '.join(declared) or 'none'}")
-        claim = asked if isinstance(asked, Claim) else declared[name][0]
-        if not _is_about(claim, models):
-            labels = ", ".join(model.label for model in models)
-            raise UsageError(f"--claims {name}: it is about other models than {labels}, or compares models")
-        chosen[name] = (claim, declared.get(name, (claim, experiments[0].name))[1])
-    return tuple(chosen.values())
-
-
-def _is_about(claim: Any, models: Sequence[ConfiguredModel]) -> bool:
-    """Tell whether a claim is about one of the models judged, or none are named; clips have just one."""
-    labels = {model.label for model in models}
-    if claim.on == "clips":
-        return bool(labels <= claim.models)
-    channel = "looming" if claim.about == "looming" else "hs"
-    responds = any(channel in model.channels for model in models)
-    return not models or (responds and all(claim.models <= {label} for label in labels))
-
-
 def _axes(study: Study, parts: Sequence[Part]) -> dict[str, Levels]:
     """Return the axes of a study; `UsageError` for a key that there is not, and for an axis that moves nothing."""
     readers = [(part.base_of(model), settled(model)) for part in parts for model in part.models]
@@ -325,7 +277,7 @@ def _axes(study: Study, parts: Sequence[Part]) -> dict[str, Levels]:
 
 
 def _renderings(
-    part: Part, study: Study, axes: Mapping[str, Levels], parameters: dict[str, dict[str, Any]]
+    part: Part, study: Study, axes: Mapping[str, Levels], parameters: dict[str, dict[str, Any]], only: Levels
 ) -> list[tuple[Any, ...]]:
     """Return the trials of one experiment that points share, and note the points' values in ``parameters``.
 
@@ -344,9 +296,8 @@ def _renderings(
         if isinstance(part.declared, OfflineExperiment):  # the order of models of a trial enters a design's digest
             pairs.sort(key=lambda pair: members.index(pair[2]))
         for place, model, point in pairs:
-            if model.text in study.models and any(
-                model.text not in study.only.get(level, study.models) for _, level in point
-            ):
+            judging = [only.get(level, study.models) for _, level in point]
+            if model.text in study.models and any(model.text not in models for models in judging):
                 continue
             base, fixed = part.base_of(model), settled(model)
             moved = [(name, level) for name, level in point if moves(axes[name], base, fixed)]
@@ -359,7 +310,7 @@ def _renderings(
                     parameters[axis][label] = values_of(axes[axis])[level] if (axis, level) in moved else None
             own = {key.partition(".")[2]: value for key, value in values.items()
                    if key.partition(".")[0] == model.section}  # fmt: skip
-            network = changed(model.section, model.network, own)
+            network = with_values(model.section, model.network, own)
             variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
             watching.setdefault(point, {})[model.label] = variants[label]
         if watching:

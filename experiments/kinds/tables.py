@@ -71,6 +71,11 @@ STUDIES: Mapping[str, str] = {
 }
 """Study -> its declaration. Missing is ``model-claims``, whose claims are each about a model."""
 
+PLANS: Mapping[str, str] = {
+    "studies": "experiments.paper.studies.plans:PLANS",
+}
+"""What plans the studies of which a `Study` does not say all: study -> function of it and of what was asked."""
+
 FITS: Mapping[str, str] = {
     "fit-eye": "experiments.paper.studies.robot:FIT_EYE",
     "fit-ideal": "experiments.paper.studies.robot:FIT_IDEAL",

@@ -26,11 +26,10 @@ from experiments.kinds.compare import corrected, tested
 from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
-from experiments.settings.apparatus import changes, configure
 from experiments.settings.models import shown_models
 from experiments.settings.parameters import Parameters
 from experiments.settings.pictures import Pictures, digests, folder_pictures
-from experiments.settings.settings import Settings, assignments, check_counts
+from experiments.settings.settings import Settings, changes, check_counts, configure
 from experiments.show import course
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
@@ -89,7 +88,15 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     models = shown_models(experiment.models, asked.models, asked.only)
     whole, settings, repeats = checked(experiment, models, asked, pictures)
     settings = both_eyes(settings) if eyes == "both" else settings
-    return _planned(asked, experiment, whole, settings, repeats, pictures)
+    truth, recordings = bool(asked.option("truth")), bool(asked.option("recordings", True))
+    trials = trials_of(whole, settings, repeats, asked.seed, truth=truth)
+    tables = (TRUE_TRIALS, TRUE_FRAMES) if truth else (TRIAL_SCHEMA, FRAME_SCHEMA)
+    resolved, changed = resolve(asked, experiment, whole, settings, repeats, len(trials), pictures)
+    done = partial(play_trial, recordings=recordings, frames=bool(asked.option("frames", True)))
+    return Plan(
+        asked, whole.name, trials, done, {**resolved, "recordings": recordings}, tables, whole, settings.models,
+        changed, random=is_random(settings),
+    )  # fmt: skip
 
 
 def checked(
@@ -108,7 +115,7 @@ def checked(
         It cannot be run so.
     """
     repeats = experiment.repeats if asked.repeats is None else asked.repeats
-    whole, settings = configure(experiment, models, assignments(asked.values))
+    whole, settings = configure(experiment, models, asked.values)
     if pictures and settings.scene.wall:
         raise UsageError(f"--set scene.wall={settings.scene.wall}: --pictures sets the wall; give one of them")
     if pictures:  # a run is replicate 0
@@ -138,29 +145,13 @@ def both_eyes(settings: Settings) -> Settings:
     return dataclasses.replace(settings, models=(*settings.models, *more))
 
 
-def work(trial: RobotTrial, *, recordings: bool = False, frames: bool = False) -> TrialRecord:
+def play_trial(trial: RobotTrial, *, recordings: bool = False, frames: bool = False) -> TrialRecord:
     """Play one trial in a worker, with a row per frame and its recording as far as they are wanted."""
     if not recordings:
         return drawn_here(play(trial, frames=frames))
     from experiments.show.recording import record  # not before: Rerun takes its time to load
 
     return drawn_here(play(trial, record, frames=frames, maps=True))
-
-
-def _planned(
-    asked: Asked, declared: Experiment, experiment: Experiment, settings: Settings, repeats: int,
-    pictures: Pictures | None,
-) -> Plan[RobotTrial]:  # fmt: skip
-    """Return the plan of checked trials; ``declared`` is the experiment before ``--set`` changed its design."""
-    truth, recordings = bool(asked.option("truth")), bool(asked.option("recordings", True))
-    trials = trials_of(experiment, settings, repeats, asked.seed, truth=truth)
-    tables = (TRUE_TRIALS, TRUE_FRAMES) if truth else (TRIAL_SCHEMA, FRAME_SCHEMA)
-    resolved, changed = resolve(asked, declared, experiment, settings, repeats, len(trials), pictures)
-    return Plan(
-        asked, experiment.name, trials, partial(work, recordings=recordings, frames=bool(asked.option("frames", True))),
-        {**resolved, "recordings": recordings}, tables, experiment, settings.models, changed,
-        random=is_random(settings),
-    )  # fmt: skip
 
 
 def resolve(

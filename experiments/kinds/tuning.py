@@ -24,7 +24,7 @@ from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.result import Run
 from experiments.settings.models import COMPARED, shown_models
 from experiments.settings.parameters import differing
-from experiments.settings.settings import assignments, check_counts, watchers
+from experiments.settings.settings import check_counts, watchers
 from experiments.show.clips import TRIALS, ClipTrial
 from experiments.show.play import FRAMES, play
 from experiments.store import provenance
@@ -128,7 +128,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     check_counts(asked.seed)
     for name in names:
         check_known("--curve", name, CURVES)
-    chosen, _ = watchers(shown_models(COMPARED, asked.models, asked.only), assignments(asked.values))
+    chosen = watchers(shown_models(COMPARED, asked.models, asked.only), asked.values)
     looming = tuple(model for model in chosen if "looming" in model.channels)
     points, trials = list[Row](), list[ClipTrial]()
     for clip, point in clips():

@@ -10,13 +10,12 @@ from typing import cast
 from colias_sim import Pose
 from dsnn import Response
 from experiments.base.errors import UsageError, as_usage_error
-from experiments.base.files import results_folder
 from experiments.declare.conditions import LONGEST_FRAMES, Change, Hand, Place, RobotName, place_of
 from experiments.declare.experiment import visit
 from experiments.kinds.api import run
 from experiments.kinds.result import Run
 from experiments.kinds.trials import checked
-from experiments.settings.settings import assignments
+from experiments.settings.parameters import cell
 from experiments.show.play import ModelRunner, Sample, Showing, change
 from experiments.show.robot import HandDrive, RobotSource, trials_of
 from experiments.store.asked import Asked
@@ -55,13 +54,13 @@ class Session:
 
     Parameters
     ----------
-    models, texts, seed
-        Models, ``SECTION.NAME=VALUE`` texts, and the seed of every trial.
+    models, settings, seed
+        Models, ``SECTION.NAME`` -> text, and the seed of every trial.
     """
 
-    def __init__(self, models: Sequence[str], texts: Sequence[str] = (), seed: int = 0) -> None:
+    def __init__(self, models: Sequence[str], settings: Mapping[str, str] | None = None, seed: int = 0) -> None:
         self.models, self.seed, self.speed_cm_s = tuple(models), seed, 8.0
-        self.settings = dict(text.partition("=")[::2] for text in texts)
+        self.settings = dict(settings or {})
         self.values: dict[str, dict[str, str]] = {}
         self.cost_s: dict[str, float] = {}
         self._moves: dict[RobotName, tuple[float, float]] = {}
@@ -138,8 +137,7 @@ class Session:
         """Give every model its first parameters, from the next frame on."""
         for runner in self.runners:
             if changed := self.values.pop(runner.label, None):
-                first = assignments({name: getattr(runner.chosen.network, name) for name in changed})
-                self._change(runner.label, dict(text.split("=", 1) for text in first))
+                self._change(runner.label, {name: str(cell(getattr(runner.chosen.network, name))) for name in changed})
 
     def drive(self, robot: RobotName, ahead: float, turn: float = 0.0) -> None:
         """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
@@ -169,10 +167,10 @@ class Session:
 
         The run has every frame of the page, bit for bit. A new trial begins then, with the robots where they are.
         """
-        hand, folder = self.hand(), results_folder(out, "live")
+        hand = self.hand()
         places = {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         done = run(
-            visit(hand), seed=self.seed, models=self.models, only=True, settings=self.settings, out=folder,
+            visit(hand), seed=self.seed, models=self.models, only=True, settings=self.settings, out=out,
             workers=0, quiet=True,
         )  # fmt: skip
         self._begin(self.settings, places)

@@ -204,7 +204,7 @@ def plan(asked: Asked) -> Plan[Any]:
     repeats = REPEATS if asked.repeats is None else asked.repeats
     bare = {**shown, "options": {"recordings": False, "frames": False}}
     robot = Asked(kind="trials", declared=ROBOT, models=tuple(models), repeats=repeats, **bare)
-    channels = {text: {*watchers((text,), ())[0][0].channels} for text in models}
+    channels = {text: {*watchers((text,))[0].channels} for text in models}
     boards = {
         DIRECTION: [text for text, has in channels.items() if {"hs", "vs"} & has or "looming" not in has],
         LOOMING: [text for text, has in channels.items() if "looming" in has],

@@ -64,11 +64,11 @@ def write(folder: Path) -> Path:
     runs = [there[name] for name in design["parts"] if name in there]
     if trials := {run.folder.name: whole_networks(run) for run in runs if run.done and run.folder.name in PAPER}:
         style.save(panels(trials), folder / "panels")
-    Files(folder).write_text("report.html", page(folder, design, runs))
+    Files(folder).write_text("report.html", report(folder, design, runs))
     return folder / "report.html"
 
 
-def page(folder: Path, design: Mapping[str, Any], runs: Sequence[Run]) -> str:
+def report(folder: Path, design: Mapping[str, Any], runs: Sequence[Run]) -> str:
     """Return the page of a reproduction, its ``design.json`` and parts: HTML that needs nothing from outside."""
     pooled, readings, claims, own = (
         json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))

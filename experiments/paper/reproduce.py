@@ -13,8 +13,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import polars as pl
-
 from colias_sim.envs import ENVS
 from experiments.base.console import error_console, show_files
 from experiments.base.errors import UsageError
@@ -29,9 +27,9 @@ from experiments.judge import motion, stored
 from experiments.judge.count import count
 from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
 from experiments.judge.judge import judge as judge_rows
-from experiments.judge.replicates import MODEL, Replicate, judged, places_of, replicate
+from experiments.judge.replicates import EVERY_MODEL, MODEL, Replicate, judged, places_of, replicate
 from experiments.judge.scores import LEAST_SEEDS
-from experiments.judge.sweep import EVERY_MODEL, Sweep, read
+from experiments.judge.sweep import Sweep, read
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import clips as offline
 from experiments.kinds import episodes, registry, sweep, sweep_plan
@@ -124,7 +122,7 @@ def _parts(asked: Asked, scale: Scale) -> Iterator[tuple[str, Plan[Any]]]:
             raise UsageError(f"--experiment {name}: that name is taken in a reproduction; give it another")
     yield from zip(names, robot, strict=True)
     for name in scale.offline if clips_too else ():
-        several = registry.find(name).repeats > 1  # with one repeat nothing is random
+        several = registry.find(name).repeats > 1
         clips = Asked(kind="clips", what=(name,), repeats=scale.offline_replicates if several else None, seed=seed)
         yield name, offline.plan(clips)
     for env in PLAYERS if clips_too else ():  # all at the same seeds
@@ -133,20 +131,14 @@ def _parts(asked: Asked, scale: Scale) -> Iterator[tuple[str, Plan[Any]]]:
         played = Asked(kind="episodes", what=PLAYERS[env], repeats=scale.episodes, seed=seed, options=options)
         yield _behaved(env), episodes.plan(played)
     if scale.replicates > 1:
-        yield (
-            REPLICATES,
-            _swept(replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard), seed + 1),
-        )
+        again = replicates_plan(scale.replicates - 1, scale.repeats, seed + 1, onboard=scale.onboard)
+        swept = Asked(kind="sweep", declared=again.study, seed=seed + 1)
+        yield REPLICATES, sweep.of_checked(again, swept, probe_of(MODEL, BEST) if scale.onboard else None)
     if scale.moves:
         moved = dataclasses.replace(SENSITIVE, repeats=scale.repeats)
         yield SENSITIVITY, sweep.plan(Asked(kind="sweep", declared=moved, seed=seed))
     if scale.moves and clips_too:
         yield SENSITIVITY_CLIPS, sweep.plan(Asked(kind="sweep", declared=SENSITIVE_ON_CLIPS, seed=seed))
-
-
-def _swept(planned: Sweep, seed: int) -> Plan[Any]:
-    """Return the plan of a checked sweep."""
-    return sweep.plan_of(planned, Asked(kind="sweep", declared=planned.study, seed=seed))
 
 
 def _behaved(env: str) -> str:
@@ -175,7 +167,7 @@ def replicates_plan(
     replicates, repeats, seed
         How many replicates, trials of each condition in one, and the seed of the first.
     onboard
-        Whether the network in the robot's own arithmetic watches too, and its potentials are kept.
+        Whether the network in the robot's own arithmetic watches too.
     """
     models = {
         name: [
@@ -188,9 +180,8 @@ def replicates_plan(
     study = Study(
         REPLICATES, "the paper's experiments at several seeds", claims=tuple(registry.answering()),
         experiments=registry.paper_experiments(), models=(MODEL,), repeats=repeats, replicates=replicates,
-        probe=probe_of(MODEL, BEST) if onboard else None,
     )  # fmt: skip
-    return sweep_plan.planned(study, seed, models)
+    return sweep_plan.sweep_of(study, seed, models)
 
 
 def design(planned: Plan[Any]) -> dict[str, Any]:
@@ -295,7 +286,8 @@ def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
         if part.name in READ_OFF:
             repeats = len({trial.repeat for trial in part.trials})
             study = dataclasses.replace(shipped_study(part.name), replicates=repeats)
-            yield read(sweep_plan.planned(study, part.asked.seed), shown)
+            yield read(sweep_plan.sweep_of(study, part.asked.seed), shown)
+            yield read(sweep.plan(Asked(kind="sweep", declared=study, seed=part.asked.seed)).declared, shown)
 
 
 def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
@@ -309,7 +301,8 @@ def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
     given: dict[Any, Sequence[Replicate]] = {
         ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
-    return dataclasses.replace(sweep_plan.planned(study, moved.seed), replicates=given)
+    planned: Sweep = sweep.plan(Asked(kind="sweep", declared=study, seed=moved.seed)).declared
+    return dataclasses.replace(planned, replicates=given)
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:
@@ -471,12 +464,13 @@ def judge_models(
     wanted = claims_of(models)
     labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in sorted(claim.models)))
     names = dict.fromkeys(name for claim, _ in wanted for name in claim.conditions.get("clip", ()))
+    differ = {name for name in names if model_clips.CLIPS[name].is_random}
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     thresholds: dict[str, float | None] = {}
     with pool.running():
         for name, repeats in (("even", 1), ("gratings", SEEDS)):
-            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in model_clips.RANDOM) == (repeats > 1))
+            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in differ) == (repeats > 1))
             if clips:
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
                 options = {"frames": False, "recordings": False}
@@ -487,14 +481,14 @@ def judge_models(
                     rows += run.table("trials").to_dicts()
     found = []
     for claim, model in wanted:
-        random = not model_clips.RANDOM.isdisjoint(claim.conditions.get("clip", ()))
+        random = not differ.isdisjoint(claim.conditions.get("clip", ()))
         outcomes: list[Any] = []
         for repeat in range(SEEDS if random else 1):  # once, where nothing in it is random
             of_seed = [row for row in rows if row["experiment"] == "even" or row["repeat"] == repeat]
             if claim.conditions:
                 outcomes.append(judge_rows(claim, of_seed, thresholds.get(claim.spiking)))
             else:  # no clip tests it, and its judge says why
-                outcomes.append(claim.judge(pl.DataFrame({"model": labels}), 0.0))
+                outcomes.append(claim.judge([], 0.0))
         found.append(verdict_of(claim, outcomes, random=random, model=model, experiment="clips"))
     Files(folder).write_json("model_claims.json", stored.document(found))
     return found, failures

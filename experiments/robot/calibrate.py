@@ -10,7 +10,7 @@ import numpy as np
 
 from colias_sim import calibrate
 from experiments.base.errors import UsageError, as_usage_error
-from experiments.robot.logs import read_frames
+from experiments.robot.log_trial import read_frames
 from experiments.store.recordings import Images
 
 Measured = tuple[dict[str, object], list[str]]

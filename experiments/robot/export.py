@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -21,7 +22,7 @@ SHOWN = ("noise", "pixel flicker", "grating")
 """The clips that the self-measuring program shows: those with the frames of the most instructions."""
 
 
-def export(program: firmware.Program, folder: Path, assignments: Sequence[str] = ()) -> None:
+def export(program: firmware.Program, folder: Path, values: Mapping[str, str] = MappingProxyType({})) -> None:
     """Write the folder.
 
     Parameters
@@ -30,8 +31,8 @@ def export(program: firmware.Program, folder: Path, assignments: Sequence[str] =
         The network's parameters, and the chip.
     folder
         A new or an empty one.
-    assignments
-        The ``--set`` texts that led here, for the page.
+    values
+        What ``--set`` was typed by, for the page: key -> text.
 
     Raises
     ------
@@ -41,11 +42,12 @@ def export(program: firmware.Program, folder: Path, assignments: Sequence[str] =
     network, chip = program
     shown = {name: clip for name, clip in firmware.clips(chip.shape, firmware.COUNTED).items() if name in SHOWN}
     sizes = {"FLASH": chip.flash, "MAIN": chip.ram_main, "CORE": chip.ram_core}
+    typed = [f" --set {shlex.quote(f'{key}={text}')}" for key, text in values.items()]
     words = {
         "chip": chip, "config": firmware.CONFIG, "table_place": firmware.TABLE_PLACE, "model": firmware.MODEL,
         "version": version("colias-sim"), "shown": shown, "frames": firmware.COUNTED, "fps": network.fps,
-        "options": "".join(f" --set {shlex.quote(text)}" for text in assignments),
-        "of_model": "".join(f" --set {shlex.quote(text)}" for text in assignments if text.startswith(firmware.MODEL)),
+        "options": "".join(typed),
+        "of_model": "".join(option for option in typed if firmware.MODEL in option),
     }  # fmt: skip
     written = {
         firmware.CONFIG: firmware.config(program),

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from dsnn.onboard.params import OnboardParams
 from experiments.base.errors import UsageError, as_usage_error
 from experiments.base.streams import stream
 from experiments.robot.qemu import COMPILER, Q15, SIZE, Emulator
-from experiments.settings.settings import changed, collect
+from experiments.settings.settings import in_sections
 
 NATIVE = Path(dsnn.native.__file__).parent
 CHIP_SIDE = NATIVE / "firmware"
@@ -94,11 +95,9 @@ def sections() -> dict[str, Any]:
     return {MODEL: OnboardParams.robot(), CHIP: ChipSettings()}
 
 
-def program(assignments: Iterable[str]) -> Program:
-    """Return a program with ``SECTION.NAME=VALUE`` texts applied; `UsageError` for what is not legal."""
-    values = sections()
-    collected = collect(assignments, values)
-    network, chip = (changed(name, value, collected.get(name, {})) for name, value in values.items())
+def program(values: Mapping[str, Any] = MappingProxyType({})) -> Program:
+    """Return a program with ``values`` by key; `UsageError` for what is not legal."""
+    network, chip = in_sections(values, sections()).values()
     return network, chip
 
 

@@ -8,9 +8,10 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from experiments.base.errors import UsageError
+from experiments.base.values import key_values
 from experiments.declare.study import Levels
 from experiments.settings.models import names
-from experiments.settings.settings import collect
+from experiments.settings.settings import by_section
 
 Point = tuple[tuple[str, str], ...]
 """Name of each axis with a level."""
@@ -92,11 +93,10 @@ def knows(base: Base, key: str) -> bool:
 
 def check_keys(texts: Iterable[str], bases: Sequence[Base], option: str) -> None:
     """Raise `UsageError` for a ``KEY=VALUE`` text whose key none of the experiments has."""
-    for text in texts:
-        key, equals, value = text.partition("=")
-        if not equals or not any(knows(base, key) for base in bases):
-            sections = {section: value for base in bases for section, value in base.items()}
-            collect([f"{apart(key)[0]}{equals}{value}"], sections, option=option)
+    for key, value in key_values(texts, option).items():
+        if not any(knows(base, key) for base in bases):
+            sections = {section: present for base in bases for section, present in base.items()}
+            by_section({apart(key)[0]: value}, sections, option)
 
 
 def sets(texts: Iterable[str], base: Base) -> dict[str, str]:

@@ -245,11 +245,11 @@ def look_up(texts: Sequence[str], tests: Literal["robot", "offline"] = "robot") 
             raise UsageError(f"--model {text}: another model shown is called {chosen.label} too; rename one of them")
     models = list(by_label.values())
     return [
-        dataclasses.replace(model, section=section) for model, section in zip(models, sections(models), strict=True)
+        dataclasses.replace(model, section=section) for model, section in zip(models, families(models), strict=True)
     ]
 
 
-def sections(chosen: Sequence[ConfiguredModel]) -> list[str]:
+def families(chosen: Sequence[ConfiguredModel]) -> list[str]:
     """Return the section of each model: its family's name, or its own if another of the family has other parameters."""
     kinds: dict[str, type] = {}
     found = []

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from experiments.settings.models import ConfiguredModel, sections
+from experiments.settings.models import ConfiguredModel, families
 
 if TYPE_CHECKING:
     import polars as pl
@@ -35,7 +35,7 @@ def differing(
         In order of section, then as declared. A column has one type: texts where the values are of several kinds.
         A sequence is the text that ``--set`` takes.
     """
-    named = sections(models)
+    named = families(models)
     defaults = [model.declared.preset("offline" if offline else "robot") for model in models]
     keys: dict[str, None] = {}
     for section, default, model in zip(named, defaults, models, strict=True):

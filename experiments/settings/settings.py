@@ -1,67 +1,148 @@
-"""``--set SECTION.NAME=VALUE``: set any parameter by its dotted name; a refusal has its bounds."""
+"""Parameters by their keys, ``SECTION.NAME``: set any of models, robot, camera, scene, design; refusals have bounds."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
 from dsnn import MODELS
 from dsnn.field_docs import meaning
-from experiments.base.errors import UsageError, check_known
-from experiments.base.values import assignments as assignments
-from experiments.settings.models import PRESET as PRESET
-from experiments.settings.models import ConfiguredModel, family, look_up, names, parse_model, presets
-from experiments.settings.parameters import cell
+from experiments.base.errors import UsageError, as_usage_error, check_known
+from experiments.base.values import by_key
+from experiments.declare.experiment import Design, Experiment
+from experiments.settings.models import PRESET, ConfiguredModel, family, look_up, names, parse_model, presets
+from experiments.settings.parameters import Parameters, cell, differing
+from experiments.settings.pictures import Pictures
 from scenes.hints import nearest
 
 SECTIONS = frozenset(map(family, MODELS))
 """Sections of the registered models."""
+FILES = ("scene.arena", "scene.wall", "scene.shell_picture")
+"""Parameters that may be paths: tables and titles have the names of the files, as these may be moved."""
 
 
-def applied(
-    models: Sequence[ConfiguredModel], collected: Mapping[str, Mapping[str, str]]
-) -> tuple[ConfiguredModel, ...]:
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Settings of the trials of a run. Every model of ``models`` sees the same frames."""
+
+    models: tuple[ConfiguredModel, ...]
+    robot: RobotConfig
+    camera: CameraConfig
+    scene: SceneConfig
+    pose_sd_mm: float
+    heading_sd_deg: float
+
+
+# Of trials with the robot, and of models alone.
+
+
+def configure(experiment: Experiment, models: Sequence[str], values: Mapping[str, Any]) -> tuple[Experiment, Settings]:
+    """Set parameters by key, over those of the experiment; a `UsageError` names the value, its range and its origin."""
+    usual = sections(experiment, models)
+    given = by_section({**by_key(experiment.settings), **values}, usual)
+    robot, camera, scene, design = (
+        with_values(section, usual[section], given.get(section, {}))
+        for section in ("robot", "camera", "scene", "experiment")
+    )
+    if lacking := [name for name in ("pose_sd_mm", "heading_sd_deg") if not hasattr(design, name)]:
+        where = f"{experiment.file or experiment.name}: the design {type(design).__name__}"
+        raise UsageError(f"{where} must have {' and '.join(lacking)}, spreads of the start from 0 to 100")
+    shown = applied(look_up(models), given)
+    settings = Settings(shown, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
+    with as_usage_error("--set: "):
+        return dataclasses.replace(experiment, design=design), settings
+
+
+def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, Any]:
+    """Section name -> its default value: each model under its family's name, the apparatus, then the design.
+
+    Models of one family with the same parameters (``dsnn``, ``dsnn-reference``) share a section: the first one's
+    defaults.
+    """
+    models_shown = look_up(models)
+    applied(models_shown, {})  # what is asked of them has to be legal too
+    table: dict[str, Any] = {}
+    for model in models_shown:
+        table.setdefault(model.section, model.network)
+    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
+    return table if experiment is None else {**table, "experiment": experiment.design}
+
+
+def usual_scene(experiment: Experiment | None) -> SceneConfig:
+    """Return the scene that trials have where ``--set`` says nothing: the default one, in the experiment's arena.
+
+    Raises
+    ------
+    UsageError
+        The experiment's arena is unknown.
+    """
+    if experiment is None or not experiment.arena:
+        return SceneConfig()
+    with as_usage_error(f"experiment {experiment.name}: "):
+        return SceneConfig(arena=known_arena(experiment.arena))
+
+
+def changes(
+    experiment: Experiment, settings: Settings, declared: Design, pictures: Pictures | None = None
+) -> Parameters:
+    """Return the parameters that are not at their defaults, by key and model; files by their names alone.
+
+    The wall of ``pictures`` is no parameter.
+    """
+    usual = dataclasses.replace(usual_scene(experiment), wall=settings.scene.wall if pictures else "")
+    others = {
+        "robot": (RobotConfig(), settings.robot),
+        "camera": (CameraConfig(), settings.camera),
+        "scene": (usual, settings.scene),
+        "experiment": (declared, experiment.design),
+    }
+    return {
+        key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
+        for key, values in differing(settings.models, others=others).items()
+    }
+
+
+def applied(models: Sequence[ConfiguredModel], given: Mapping[str, Mapping[str, Any]]) -> tuple[ConfiguredModel, ...]:
     """Return the models with the settings of their families, then with the settings of each of them."""
     configured = []
     for model in models:
-        common = changed(model.section, model.network, collected.get(model.section, {}))
+        common = with_values(model.section, model.network, given.get(model.section, {}))
         typed = functools.partial("--model {}: {}={}".format, model.text)
-        configured.append(
-            dataclasses.replace(model, network=changed(model.section, common, parse_model(model.text)[1], typed))
-        )
+        network = with_values(model.section, common, parse_model(model.text)[1], typed)
+        configured.append(dataclasses.replace(model, network=network))
     return tuple(configured)
 
 
 def watchers(
     models: Sequence[str],
-    assignments: Iterable[str],
+    values: Mapping[str, Any] = MappingProxyType({}),
     others: Mapping[str, Any] = MappingProxyType({}),
     fps: float | None = None,
-) -> tuple[tuple[ConfiguredModel, ...], dict[str, dict[str, str]]]:
-    """Models with their off-line parameters, and what was assigned: section -> name -> text.
+) -> tuple[ConfiguredModel, ...]:
+    """Return models with their off-line parameters, and with ``values`` by key.
 
-    ``others`` are further sections; ``fps`` is the models' frame rate where none is assigned.
+    ``others`` are further sections; ``fps`` is the models' frame rate where none is set.
     Raises `UsageError` for what is not legal.
     """
-    models_shown = look_up(models, "offline")
-    values = dict(others)
-    for model in models_shown:
+    shown = look_up(models, "offline")
+    usual = dict(others)
+    for model in shown:
         if model.section in others:
             raise UsageError(f"--model {model.text}: that name is a section of --set; give it another")
-        values.setdefault(model.section, model.network)
-    collected = collect(assignments, values)
+        usual.setdefault(model.section, model.network)
+    given = by_section(values, usual)
     if fps is not None:
-        for section, value in values.items():
-            if section not in others and hasattr(value, "fps"):
-                collected[section] = {"fps": str(fps), **collected.get(section, {})}
-    return applied(models_shown, collected), collected
+        for section in {model.section for model in shown if hasattr(model.network, "fps")}:
+            given[section] = {"fps": fps, **given.get(section, {})}
+    return applied(shown, given)
 
 
 MOST_REPEATS = 10_000
@@ -78,68 +159,77 @@ def check_counts(seed: int, repeats: int = 1, option: str = "--repeats") -> None
         raise UsageError(f"--seed must be between 0 and {MOST_SEED}, got {seed}")
 
 
-def collect(assignments: Iterable[str], values: Mapping[str, Any], option: str = "--set") -> dict[str, dict[str, str]]:
-    """Section -> name -> text; each key checked, the last of two values for one key counting.
+# Of any section: the one place that knows keys, and the one that checks values.
 
-    ``values`` has the sections there are, ``option`` is the option that the texts were typed after.
+
+def by_section(
+    values: Mapping[str, Any], sections: Mapping[str, Any], option: str = "--set"
+) -> dict[str, dict[str, Any]]:
+    """Return section -> name -> value; each key checked.
+
+    ``sections`` has those that there are, ``option`` is the option that the values were typed after.
     """
-    known = [f"{section}.{name}" for section, value in values.items() for name in names(value)]
-    collected: dict[str, dict[str, str]] = {}
-    for assignment in assignments:
-        key, equals, text = assignment.partition("=")
-        if not equals:
-            raise UsageError(f"{option} {assignment}: expected SECTION.NAME=VALUE, for example dsnn.n_con=6")
+    keys = [f"{section}.{name}" for section, present in sections.items() for name in names(present)]
+    found: dict[str, dict[str, Any]] = {}
+    for key, value in values.items():
         section, _, name = key.partition(".")
-        if key not in known:
-            if section not in values and section in SECTIONS:
-                raise UsageError(f"{option} {assignment}: no model shown has '{key}': add --model {section}")
-            near = nearest(key, known, after="; ")
+        if key not in keys:
+            where = f"{option} {key}={cell(value)}"
+            if section not in sections and section in SECTIONS:
+                raise UsageError(f"{where}: no model shown has '{key}': add --model {section}")
+            near = nearest(key, keys, after="; ")
             raise UsageError(
-                f"{option} {assignment}: no parameter '{key}' ({near}sections here are {', '.join(values)}; all:"
+                f"{where}: no parameter '{key}' ({near}sections here are {', '.join(sections)}; all:"
                 " colias list parameters)"
             )
-        collected.setdefault(section, {})[name] = text
-    return collected
+        found.setdefault(section, {})[name] = value
+    return found
 
 
-def changed(
-    section: str, value: Any, changes: Mapping[str, str], typed: Callable[[str, str], str] | None = None
+def in_sections(values: Mapping[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:
+    """Return sections with ``values`` by key; `UsageError` for an unknown key and a value out of bounds."""
+    given = by_section(values, sections)
+    return {section: with_values(section, present, given.get(section, {})) for section, present in sections.items()}
+
+
+def with_values(
+    section: str, present: Any, values: Mapping[str, Any], typed: Callable[[str, Any], str] | None = None
 ) -> Any:
-    """``value`` with ``changes`` (name -> text) applied together and validated; `UsageError` if one is out of bounds.
+    """Return parameters with ``values`` by name, set together and validated; `UsageError` if one is out of bounds.
 
-    A preset, where the class has some, is applied first: the other changes are made to it.
-    ``typed`` is how a name and its text were typed, where that was not by ``--set``.
+    A preset, where the class has some, is applied first: the other values are set in it.
+    ``typed`` is how a name and its value were typed, where that was not by ``--set``.
     """
-    say = typed or (lambda name, text: f"--set {section}.{name}={text}")
-    if PRESET in changes and (known := presets(value)):
-        check_known(f"{say(PRESET, changes[PRESET])}: {PRESET}", changes[PRESET], known)
-        value = known[changes[PRESET]]
-        changes = {name: text for name, text in changes.items() if name != PRESET}
-    if not changes:
-        return value
-    properties = _properties(value.__class__)
-    parsed = {name: _split(text, properties[name]) for name, text in changes.items()}
-    present = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    say = typed or (lambda name, value: f"--set {section}.{name}={cell(value)}")
+    if PRESET in values and (named := presets(present)):
+        check_known(f"{say(PRESET, values[PRESET])}: {PRESET}", values[PRESET], named)
+        present = named[values[PRESET]]
+        values = {name: value for name, value in values.items() if name != PRESET}
+    if not values:
+        return present
+    properties = _properties(present.__class__)
+    parsed = {name: _parsed(value, properties[name]) for name, value in values.items()}
+    usual = {field.name: getattr(present, field.name) for field in dataclasses.fields(present)}
     try:  # by the adapter, not the constructor: it checks a design that is a plain dataclass too
-        return TypeAdapter(type(value)).validate_python({**present, **parsed})
+        return TypeAdapter(type(present)).validate_python({**usual, **parsed})
     except ValidationError as error:
         problem = error.errors()[0]
         name = str(problem["loc"][0]) if problem["loc"] else ""
         reason = problem["msg"].removeprefix("Value error, ")
-        schema, given = properties.get(name, {}), changes.get(name, "")
+        schema, given = properties.get(name, {}), values.get(name, "")
         if problem["loc"][1:] and schema.get("type") == "array" and problem["type"] != "missing":  # one of several
             schema, given = (schema.get("prefixItems") or [schema["items"]])[0], problem["input"]
         if problem["type"] != "value_error" and (legal := _legal(schema)):
-            reason = f"{name} must be {legal}, got {given}"
-        where = [say(name, changes.get(name, ""))] if name else [say(*change) for change in changes.items()]
+            reason = f"{name} must be {legal}, got {cell(given)}"
+        where = [say(name, values.get(name, ""))] if name else [say(*pair) for pair in values.items()]
         raise UsageError(f"{', '.join(where)}: {' '.join(reason.split())}") from None
 
 
-def _split(text: str, schema: Mapping[str, Any]) -> Any:
+def _parsed(value: Any, schema: Mapping[str, Any]) -> Any:
     """Parse a sequence typed with commas; pydantic makes numbers of the parts, but not one of listed numbers."""
     if schema.get("type") == "array":
-        return text.split(",")
-    return next((value for value in schema.get("enum", ()) if str(value) == text), text)
+        return value.split(",") if isinstance(value, str) else [value] if isinstance(value, int | float) else value
+    return next((listed for listed in schema.get("enum", ()) if str(listed) == value), value)
 
 
 @functools.cache
@@ -233,15 +323,3 @@ def described(values: Mapping[str, Any]) -> Iterator[dict[str, str]]:
             words = meaning(type(value), field.name) or schema.get("description", "")
             yield {"key": f"{section}.{field.name}", "value": text, "legal": _legal(schema), "unit": _unit(schema),
                    "description": words}  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """Settings of the trials of a run. Every model of ``models`` sees the same frames."""
-
-    models: tuple[ConfiguredModel, ...]
-    robot: RobotConfig
-    camera: CameraConfig
-    scene: SceneConfig
-    pose_sd_mm: float
-    heading_sd_deg: float

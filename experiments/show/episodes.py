@@ -251,7 +251,7 @@ def record(episode: Episode, title: str = "") -> bytes:
     )  # fmt: skip
     identity = None if title else f"{name}-{env}-{episode.seed}"
     title = title or f"{name} in {env}, seed {episode.seed}"
-    return rerun.write(content, frames, title, identity, {"episode": rerun.known(outcome)})
+    return rerun.write(content, frames, title, identity, {"episode": rerun.properties(outcome)})
 
 
 def _variant(robot: str) -> str:

@@ -22,7 +22,7 @@ from dsnn.model import SPIKING
 from experiments.base.errors import TrialError, UsageError, short
 from experiments.base.user_code import traced
 from experiments.settings.models import ConfiguredModel, family
-from experiments.settings.settings import changed, collect
+from experiments.settings.settings import in_sections
 from experiments.store.tables import FRAME, RESPONSES, TrialRecord, recording_of
 
 if TYPE_CHECKING:
@@ -227,8 +227,8 @@ class ModelRunner:
             A value is out of bounds, or there is no such parameter; nothing has changed then.
         """
         section = self.section
-        collected = collect([f"{section}.{name}={text}" for name, text in values.items()], {section: self.network})
-        self.network = network = changed(section, self.network, collected.get(section, {}))
+        by_key = {f"{section}.{name}": value for name, value in values.items()}
+        self.network = network = in_sections(by_key, {section: self.network})[section]
         if not self.trouble:
             declared = self.chosen.declared
             self._model = self._guarded(lambda: declared.build(self._shape, network))

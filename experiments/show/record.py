@@ -225,7 +225,7 @@ def is_whole(file: Path) -> bool:
         return recording.read(len(END)) == END
 
 
-def known(values: Mapping[str, Any]) -> rr.AnyValues:
+def properties(values: Mapping[str, Any]) -> rr.AnyValues:
     """Return values as a recording's properties, without those that are ``None``."""
     return rr.AnyValues(**{name: value for name, value in values.items() if value is not None})
 
@@ -259,7 +259,7 @@ def layout_chunks(content: Content) -> tuple[Chunk, ...]:
         when = () if static else (rr.TimeColumn("blueprint", sequence=[0]),)
         chunks.append(fixed(entity, archetype, when=when))
 
-    page(views(content))._log_to_stream(SimpleNamespace(log=log))  # type: ignore[arg-type]
+    arrangement(views(content))._log_to_stream(SimpleNamespace(log=log))  # type: ignore[arg-type]
     return tuple(chunks)
 
 
@@ -506,7 +506,7 @@ def views(content: Content) -> list[tuple[float, Any]]:
     return rows
 
 
-def page(rows: Sequence[tuple[float, Any]]) -> rrb.Blueprint:
+def arrangement(rows: Sequence[tuple[float, Any]]) -> rrb.Blueprint:
     """Return a layout that opens ready to read: rows below each other, with shares of the height, and the timeline."""
     return rrb.Blueprint(
         rrb.Vertical(*(view for _, view in rows), row_shares=[share for share, _ in rows]),

@@ -43,7 +43,7 @@ def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mappin
     digest = hashlib.blake2s(repr(trial).encode(), digest_size=6).hexdigest()
     return rerun.write(
         content(trial, seen, (RecordedModel.of(model) for model, _ in shown.values())), seen, title(trial),
-        f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.known(properties)},
+        f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.properties(properties)},
     )  # fmt: skip
 
 

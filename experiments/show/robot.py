@@ -27,7 +27,7 @@ from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
 from experiments.show.play import Sample, Trial
 from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, Windows, agreement, away_cm, responses, windows
-from experiments.store.tables import OBSERVER, known
+from experiments.store.tables import OBSERVER, finite
 
 MARK = "@"
 TRUE = "ov7670"
@@ -230,7 +230,7 @@ class RobotSource:
         pixels = self.sim.truth() if self.trial.truth else None
         if pixels is not None:
             things = set(self.sim.everyone) - {OBSERVER}
-            truth |= {name: known(value) for name, value in pixels.columns(things).items()}
+            truth |= {name: finite(value) for name, value in pixels.columns(things).items()}
         return Sample(frame.time, frame.luma, truth, changes, pixels)
 
     def columns(self) -> dict[str, Any]:

@@ -26,7 +26,7 @@ class Asked:
     only
         Whether those of ``models`` alone are shown.
     values
-        ``SECTION.NAME`` -> value, as ``--set`` takes it.
+        ``SECTION.NAME`` -> value: from Python as JSON has it (`experiments.base.values`), of a command line the text.
     repeats
         Trials of each condition; ``None``: the declaration's own number.
     seed

@@ -11,7 +11,6 @@ import io
 import json
 import shutil
 from collections.abc import Iterable, Mapping
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +110,7 @@ class RunFolder(Files):
         self.recordings = folder / RECORDINGS
         self._done: set[int] = set()
         self._failures: list[dict[str, Any]] = []
-        self._renderers: dict[str, list[str]] = {}
+        self.renderers: dict[str, list[str]] = {}
         self._cpus: list[str] = []
         self._lock = FileLock(self.path(LOCK), timeout=0)
 
@@ -135,7 +134,7 @@ class RunFolder(Files):
             if begun(self.folder):
                 self._read()
                 there = resumed(self.folder, description, complete=self._done >= set(trials))
-                self._renderers, self._cpus = there.get(RENDERERS, {}), there.get(CPUS, [])
+                self.renderers, self._cpus = there.get(RENDERERS, {}), there.get(CPUS, [])
                 self.write_json(DESCRIPTION, there)
             elif has_tables(self.folder):
                 raise UsageError(f"{self.folder}: holds tables and no run.json; choose another folder")
@@ -178,9 +177,9 @@ class RunFolder(Files):
             self.write_bytes(self.recording(trial.index), trial.recording)
         elif trial.recording:
             troubles[RECORDING] = trial.recording
-        if trial.renderer and trial.pixels not in (known := self._renderers.setdefault(trial.renderer, [])):
+        if trial.renderer and trial.pixels not in (known := self.renderers.setdefault(trial.renderer, [])):
             known.append(trial.pixels)
-            self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self._renderers})
+            self.write_json(DESCRIPTION, {**read_description(self.folder), RENDERERS: self.renderers})
         if trial.cpu not in self._cpus:
             self._cpus.append(trial.cpu)
             self.write_json(DESCRIPTION, {**read_description(self.folder), CPUS: self._cpus})
@@ -222,13 +221,3 @@ class RunFolder(Files):
     def table(self, name: str) -> pl.DataFrame:
         """Return the rows of the ``trials``, or of the ``frames``, so far, in order of trial, then model."""
         return read_table(self.folder, name) if has_tables(self.folder) else pl.DataFrame(schema=self._schemas[name])
-
-    def notes(self) -> list[str]:
-        """Return what a reader of the tables has to know, a line each."""
-        notes = []
-        if len(frames := dict.fromkeys(chain(*self._renderers.values()))) > 1:
-            notes.append(
-                f"{self.folder}: its frames were drawn with pixels that differ (reference frames {', '.join(frames)}),"
-                " so trials of one machine may have other numbers on another; run.json names the renderers"
-            )
-        return notes

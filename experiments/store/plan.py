@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -90,6 +91,8 @@ class Plan(Generic[AnyTrial]):
         Whether anything differs between repeats: otherwise one says all.
     live
         What only this process has, such as a viewer.
+    notes
+        What to know before it begins, in a line each.
     """
 
     asked: Asked
@@ -105,6 +108,7 @@ class Plan(Generic[AnyTrial]):
     parts: Mapping[str, Plan[Any]] = field(default_factory=dict)
     random: bool = True
     live: Any = None
+    notes: Sequence[str] = ()
 
     @property
     def thresholds(self) -> dict[str, float | None]:
@@ -166,7 +170,7 @@ def _announce(plan: Plan[Any], out: Path, pool: Workers, left: int, done: int) -
     known = f"{done} of them done already"
     how = f"{pool.where()}{f'; {known}' if done else ''}" if left else f"complete: all {known}"
     error_console.print(f"{plan.name}: {len(plan.trials)} {plan.things}, {how}, {'into' if left else 'in'} {out}")
-    if note := forms.note():
+    for note in filter(None, (*plan.notes, forms.note())):
         error_console.print(f"note: {note}")
 
 
@@ -195,9 +199,13 @@ def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, trial: A
 
 
 def print_notes(folder: RunFolder) -> None:
-    """Print the notes about a run's tables, and the first failures."""
-    for note in folder.notes():
-        error_console.print(f"note: {note}")
+    """Print what a reader of a run's tables has to know, and the first failures."""
+    if len(frames := dict.fromkeys(chain(*folder.renderers.values()))) > 1:
+        error_console.print(
+            f"note: {folder.folder}: its frames were drawn with pixels that differ (reference frames"
+            f" {', '.join(frames)}), so trials of one machine may have other numbers on another; run.json names the"
+            " renderers"
+        )
     failures = in_words(folder.failures())
     for text in failures[:SHOWN_FAILURES]:
         error_console.print(text)

@@ -111,15 +111,6 @@ def _version(name: str) -> str:
         return "unknown"
 
 
-def source() -> dict[str, Any]:
-    """Name the project's code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
-
-    ``commit`` and ``dirty`` are ``None`` where the packages are in no git checkout.
-    """
-    commit, dirty = checkout()
-    return {"digest": digest(), "commit": commit, "dirty": dirty}
-
-
 @functools.cache
 def digest() -> str:
     """SHA-256 over names and contents of the packages' files, in sorted order; computed once a process."""
@@ -133,20 +124,24 @@ def digest() -> str:
     return whole.hexdigest()
 
 
-@functools.cache
-def checkout() -> tuple[str | None, bool | None]:
-    """Return the commit that the packages are checked out of, and whether their files differ from it.
+def source() -> dict[str, Any]:
+    """Name the project's code: ``digest`` of its packages' files, git's ``commit``, and whether they differ from it.
 
-    Both are ``None`` where the packages are in no checkout, as those of an installed wheel.
+    ``commit`` and ``dirty`` are ``None`` where the packages are in no git checkout, as those of an installed wheel.
     """
+    return {"digest": digest(), **_checkout()}
+
+
+@functools.cache
+def _checkout() -> dict[str, Any]:
     folders = package_folders()
     root = folders["experiments"].parent
     # A checkout may hold an environment with the packages in it: then they are not of its commit.
     if not _git(root, "ls-files", "--", "experiments/__init__.py"):
-        return None, None
+        return {"commit": None, "dirty": None}
     commit = _git(root, "rev-parse", "HEAD")
-    changed = _git(root, "status", "--porcelain", "--", *folders)
-    return (commit.strip() or None) if commit else None, None if changed is None else bool(changed.strip())
+    changes = _git(root, "status", "--porcelain", "--", *folders)
+    return {"commit": (commit or "").strip() or None, "dirty": None if changes is None else bool(changes.strip())}
 
 
 def _git(root: Path, *arguments: str) -> str | None:

@@ -133,7 +133,7 @@ def group(rows: Iterable[Mapping[str, Any]], *keys: str) -> dict[tuple[Any, ...]
     return groups
 
 
-def known(value: float) -> float | None:
+def finite(value: float) -> float | None:
     """Return the value for a table: null instead of NaN."""
     return None if math.isnan(value) else value
 

@@ -10,16 +10,10 @@ import pytest
 from colias_sim import Pose, SceneConfig, Simulation
 from colias_sim.obstacles import Obstacle, obstacles, outline
 from colias_sim.scene import compile_arena
+from tests.helpers.arenas import pillar, written
 
-PILLAR = '<geom name="pillar" type="cylinder" size="0.01 0.04" pos="0.2 0.05 0.04"/>'
+PILLAR = pillar(0.2, 0.05)
 PICTURE = '<asset><texture name="t" type="2d" file="{}"/><material name="t" texture="t"/></asset>'
-
-
-def written(folder, body="", before="", name="own.xml"):
-    """Write an arena with ``bright.xml`` in it; return its path as a text."""
-    path = folder / name
-    path.write_text(f'<mujoco>\n<include file="bright.xml"/>{before}<worldbody>{body}</worldbody></mujoco>')
-    return str(path)
 
 
 def seen(source, **scene):

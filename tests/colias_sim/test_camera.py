@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
-from tests.colias_sim.views import LENS, PLAIN, QUIET, STILL, frames, view
+from tests.colias_sim.views import LENS, PLAIN, QUIET, STILL, crossing, frames, view
 
 
 @pytest.mark.parametrize("distance", [0.05, 0.08, 0.10, 0.15])
@@ -49,11 +49,7 @@ def test_exposure_blurs_by_the_distance_moved():
         samples = 16 if exposure else 1
         camera = dataclasses.replace(QUIET, exposure_ms=exposure, exposure_samples=samples, supersample=4)
         with Simulation(camera=camera, scene=PLAIN) as sim:
-            sim.reset({"stimulus": Pose(LENS + 0.08, 0.027, -math.pi / 2)}, np.random.default_rng(0))
-            robot = sim.robots["stimulus"]
-            robot.drive(robot.wheels_for(0.2, 0.0))
-            for _ in range(8):
-                row = sim.step(np.random.default_rng(0)).luma[36].astype(float)
+            row = crossing(sim, Pose(LENS + 0.08, 0.027, -math.pi / 2), 0.2, 8)[-1].luma[36].astype(float)
         empty = view(camera, PLAIN)[36]
         cover = (empty - row) / (empty - row.min())
         widths[exposure] = 6 * (cover * (1 - cover)).sum() / 2  # a linear ramp of n px sums to n / 6; two ramps

@@ -17,23 +17,16 @@ from colias_sim import (
     Schedule,
     Stretch,
     Tracker,
-)
-from colias_sim.scene import (
-    LONGEST_STEP,
-    commands_per_frame,
-    compile_model,
-    steps_per_command,
-    steps_per_frame,
-    timestep,
+    scene,
 )
 
-COMMAND_STEPS = steps_per_command(30.0)
+COMMAND_STEPS = scene.steps_per_command(30.0)
 START = Pose(0.1, 0.15, -math.pi / 2)
 
 
 def bench(config: RobotConfig | None = None) -> tuple[mujoco.MjModel, mujoco.MjData, Robot]:
     config = config or RobotConfig()
-    model = compile_model(SceneConfig(), config, CameraConfig(), {"stimulus": "colias_black"})
+    model = scene.compile_model(SceneConfig(), config, CameraConfig(), {"stimulus": "colias_black"})
     data = mujoco.MjData(model)
     return model, data, Robot(model, data, "stimulus", config)
 
@@ -162,7 +155,7 @@ def test_the_mean_speed_over_parts_is_their_length_over_their_time():
 
 @pytest.mark.parametrize("fps", [5.0, 24.0, 30.0, 60.0, 120.0])
 def test_a_frame_divides_into_whole_commands_and_short_steps(fps):
-    assert steps_per_frame(fps) == commands_per_frame(fps) * steps_per_command(fps)
-    assert timestep(fps) <= LONGEST_STEP
-    assert timestep(fps) * steps_per_frame(fps) * fps == pytest.approx(1.0)
-    assert 40 <= fps * commands_per_frame(fps) <= 120
+    assert scene.steps_per_frame(fps) == scene.commands_per_frame(fps) * scene.steps_per_command(fps)
+    assert scene.timestep(fps) <= scene.LONGEST_STEP
+    assert scene.timestep(fps) * scene.steps_per_frame(fps) * fps == pytest.approx(1.0)
+    assert 40 <= fps * scene.commands_per_frame(fps) <= 120

@@ -1,7 +1,5 @@
 """The eye's frames: dropped and late ones, the range of luma, presets; a part that is off changes nothing."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from itertools import pairwise

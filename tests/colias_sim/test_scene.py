@@ -15,6 +15,7 @@ from colias_sim.offscreen import Offscreen
 from colias_sim.scene import compile_model, compose, groups_of, hidden, texels
 from scenes import ARENAS, FOLDER, ROBOTS, generate
 from tests.colias_sim.views import QUIET, STILL, view
+from tests.helpers.arenas import written
 
 
 @pytest.mark.parametrize("name", [*ARENAS, *ROBOTS])
@@ -129,9 +130,7 @@ def test_a_geom_of_an_arena_is_seen_in_every_group_that_mujoco_draws(tmp_path):
 
     def luma(group):
         box = f'<geom name="box" type="box" size=".02 .02 .02" pos=".15 0 .02" rgba="0 0 0 1" group="{group}"/>'
-        path = tmp_path / f"{group}.xml"
-        path.write_text(f'<mujoco><include file="bright.xml"/><worldbody>{box}</worldbody></mujoco>')
-        return view(QUIET, dataclasses.replace(STILL, arena=str(path)))
+        return view(QUIET, dataclasses.replace(STILL, arena=written(tmp_path, box)))
 
     usual, without = luma(0), luma(3)
     assert np.abs(usual.astype(int) - without).max() > 100
@@ -165,3 +164,12 @@ def test_a_picture_on_the_wall_stands_as_the_arena_s_own_texture_does():
         assert np.corrcoef(turned.ravel(), default_wall.ravel())[0, 1] < 0.5
     assert given.mean() == pytest.approx(default_wall.mean(), abs=1.0)
     np.testing.assert_array_equal(given[:, 0], given[:, -1])  # where it meets itself
+
+
+def test_settings_of_the_apparatus_may_be_dictionaries():
+    given = {"robot": {"track_cm": 3}, "camera": {"read_noise": 0}, "scene": {"arena": "dim"}}
+    with Simulation(**given, seeing=False) as sim:
+        assert sim.camera_config == CameraConfig(read_noise=0) and sim.scene == SceneConfig(arena="dim")
+    for wrong in ({"camera": {"read_nois": 0}}, {"robot": {"track_cm": -1}}, {"scene": 5}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            Simulation(**wrong, seeing=False)

@@ -1,7 +1,5 @@
 """Solids that viewers draw for a robot: those of its MJCF, of the robot's own size, facing ahead."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

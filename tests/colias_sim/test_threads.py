@@ -1,7 +1,5 @@
 """Simulations and envs beside other OpenGL, in threads too: made, used and closed by any one of them at a time."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import os

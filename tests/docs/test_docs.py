@@ -1,7 +1,5 @@
 """README.md and docs/: whole, in step with the code. What docs/how-to/ shows runs in test_docs_*.py of its own."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

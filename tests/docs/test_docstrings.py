@@ -1,7 +1,5 @@
 """Docstrings of the public names: each names exactly its parameters, and says what it returns."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import doctest

@@ -1,7 +1,5 @@
 """The tutorials: notebooks in text form, which the documentation's build executes. Here without Sphinx, and quickly."""
 
-from __future__ import annotations
-
 import ast
 import re
 import shlex

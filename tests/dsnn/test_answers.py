@@ -1,7 +1,5 @@
 """Models that answer wrongly, or write where they should read: through commands, envs and files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import gymnasium as gym
@@ -68,11 +66,8 @@ def test_an_env_takes_a_model_as_the_command_line_does_and_a_factory_counts_whol
 
 @pytest.mark.parametrize(
     ("answer", "problem"),
-    [(lambda frame: Response(hs=float("nan")), "must"), (lambda frame: Response(looming_spikes=0.5), "must"),
-     (lambda frame: Response(hs=np.float16("inf")), "must"), (lambda frame: None, "must"),
-     (lambda frame: Response(azimuth=float("inf")), "must"),
-     (lambda frame: frame.fill(0), "read-only")],
-)  # fmt: skip
+    [(lambda frame: Response(hs=float("nan")), "must"), (lambda frame: frame.fill(0), "read-only")],
+)
 def test_an_env_refuses_an_answer_that_is_none_and_a_model_that_writes_into_its_frame(answer, problem):
     class Wrong:
         reset, step = (lambda self: None), (lambda self, frame: answer(frame))
@@ -102,7 +97,7 @@ def test_a_model_that_fails_costs_its_own_rows_alone(tmp_path, fault):
     path.write_text(before + FAULTS[fault].partition(last)[0] + last + after)
     frames = [Sample(i / 30, np.full((20, 30), 10 * i, np.uint8), {"time": i}) for i in range(12)]
     showing = Showing(type("Source", (), {"shape": (20, 30), "__iter__": lambda self: iter(frames)})(),
-                      watchers([str(path), "dsnn"], ())[0])  # fmt: skip
+                      watchers([str(path), "dsnn"]))  # fmt: skip
     showing.runners[0].maps = True
     assert len(list(showing)) == 12
     assert [model.label for model, _ in showing.series()] == ["dsnn"] and list(troubles([showing])) == ["half"]

@@ -1,7 +1,5 @@
 """The C form: the reference within its bounds, itself in every build to the bit, and clean under the sanitizers."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import os

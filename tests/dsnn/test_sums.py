@@ -1,7 +1,5 @@
 """Sums have equal bits wherever their array lies in memory, which differs from process to process."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dsnn.filters import total

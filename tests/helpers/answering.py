@@ -1,7 +1,5 @@
 """Files of models that give a stated answer."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 MODEL = """

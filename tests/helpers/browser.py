@@ -1,7 +1,5 @@
 """Chromium without a window, driven by its DevTools protocol over a pipe: keys, sizes, colours and console messages."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -14,8 +14,6 @@ Jobs run in this process, whatever the number of workers: starting workers takes
 after 30 steps.
 """
 
-from __future__ import annotations
-
 import re
 import runpy
 import shlex

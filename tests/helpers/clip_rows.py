@@ -1,7 +1,5 @@
 """Made-up rows of clips on which each of the paper's claims holds, and its broken variants."""
 
-from __future__ import annotations
-
 from experiments.declare.claim import POTENTIALS
 from experiments.judge import judge as judging
 from experiments.judge.judge import SIGNED

@@ -1,7 +1,5 @@
 """What the tests of the envs share: making envs, playing episodes, comparing them to the last bit."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

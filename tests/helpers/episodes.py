@@ -1,7 +1,5 @@
 """Episodes that are made up: rows of their table, the verdicts on them, and one as it is kept."""
 
-from __future__ import annotations
-
 import polars as pl
 
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR

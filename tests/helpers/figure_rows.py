@@ -1,7 +1,5 @@
 """Figures of the robot's trials and of clips, drawn from fixed rows, for the names of models."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

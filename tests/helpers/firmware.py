@@ -1,7 +1,5 @@
 """Which tests need the tools of the chip."""
 
-from __future__ import annotations
-
 import shutil
 
 import pytest

@@ -1,7 +1,5 @@
 """Films of a street with somebody who crosses it: the stimulus of that name, whose truth is known, as a video file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any

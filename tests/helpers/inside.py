@@ -1,7 +1,5 @@
 """The command line in the tests' own process: for what is about words and files, and not about processes."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import subprocess

@@ -1,7 +1,5 @@
 """Cases for the network in C: shapes, parameters and frames over their whole ranges, from a seed."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import shutil

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from experiments.judge.sweep import EVERY_MODEL, read
+from experiments.judge.replicates import EVERY_MODEL
+from experiments.judge.sweep import read
 from experiments.paper.reproduce import replicates_plan
 
 

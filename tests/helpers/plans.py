@@ -1,10 +1,9 @@
 """The plan of an experiment's run, as a call or a command has it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from experiments.base.values import by_key, key_values
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.kinds import kind, registry
@@ -23,7 +22,7 @@ def planned(
     """Return the plan of an experiment, by its name or as it is; ``models``, where some are given, alone see it."""
     named, models = isinstance(experiment, str), tuple(models)
     declared = registry.find(experiment) if isinstance(experiment, str) else experiment
-    values = dict(settings) if isinstance(settings, Mapping) else dict(text.split("=", 1) for text in settings)
+    values = by_key(settings) if isinstance(settings, Mapping) else key_values(settings)
     return kind.planned(Asked(
         kind=declared.kind, what=(declared.file or declared.name,) if named else (), models=models, only=bool(models),
         values=values, repeats=repeats, seed=seed, options=options, declared=None if named else declared,

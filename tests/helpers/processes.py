@@ -1,7 +1,5 @@
 """Processes as the tests of interrupts, streams and children need them."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Reading a recording back, by Rerun's public reader."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The public names, and their docstrings as parsed."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import types

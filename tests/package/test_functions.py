@@ -1,7 +1,5 @@
 """How functions are written: their length, and what they import."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from functools import cache
@@ -14,8 +12,8 @@ MOST_LINES = 50
 """Lines of a function without its docstring."""
 HEAVY = frozenset({
     "OpenGL", "av", "cffi", "cv2", "distributed", "gymnasium", "imageio_ffmpeg", "importlib.metadata", "jinja2", "loky",
-    "matplotlib", "mujoco", "numpy", "numpydoc", "optuna", "polars", "pydantic", "rerun", "rich", "scipy",
-    "stable_baselines3", "torch", "trimesh", "viser",
+    "matplotlib", "mujoco", "numpy", "numpydoc", "optuna", "polars", "pydantic", "pydantic_core", "rerun", "rich",
+    "scipy", "stable_baselines3", "torch", "trimesh", "typer", "viser",
 })  # fmt: skip
 """Libraries that take time to load. A function may import them, and modules of ours that load one."""
 BEFORE_ALL = ("experiments", "experiments.cli.entry")

@@ -1,7 +1,5 @@
 """The documentation opened from disk in Chromium: its search finds, and its pages fit narrow and wide windows."""
 
-from __future__ import annotations
-
 import html
 import json
 import re

@@ -1,7 +1,5 @@
 """The documentation as `make docs` has built it: every link leads somewhere, and nothing comes from a network."""
 
-from __future__ import annotations
-
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit

@@ -1,7 +1,5 @@
 """The playground as built, in Chromium: its bits, its counts, its word, and all that can be moved."""
 
-from __future__ import annotations
-
 import ast
 import base64
 import dataclasses

@@ -1,7 +1,5 @@
 """The viewer as a page, in Chromium: a test that needs a processor of its own, as Rerun draws without a GPU."""
 
-from __future__ import annotations
-
 import base64
 
 import cv2

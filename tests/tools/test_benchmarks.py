@@ -1,7 +1,5 @@
 """``make bench`` and ``tools/eye.py`` to their ends, at their smallest: what they print has a number in each cell."""
 
-from __future__ import annotations
-
 import math
 import runpy
 

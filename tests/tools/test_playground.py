@@ -1,7 +1,5 @@
 """What the playground takes from the code: ranges and commands. In a browser: tests/site."""
 
-from __future__ import annotations
-
 import pytest
 
 from dsnn import DSNNParams

@@ -1,13 +1,10 @@
 """What the documentation's generated pages are made of, without Sphinx: equations, commands, units."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from typing import get_args, get_type_hints
 
 import pytest
-import typer
 
 from dsnn import CHANNELS, MODELS
 from dsnn.stimuli import STIMULI
@@ -57,7 +54,7 @@ def test_the_page_of_commands_has_every_option(tmp_path):
     commands.write(tmp_path)
     text = (tmp_path / "index.md").read_text()
     sections = dict(re.findall(r"^#+ (colias .*)\n\n```text\n([^`]*)```$", text, re.MULTILINE))
-    group = typer.main.get_command(commands.app)
+    group = commands.parser()
     assert set(sections) == set(commands.shown(group, "colias"))
     for name, section in sections.items():
         command = group

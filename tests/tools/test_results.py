@@ -117,12 +117,11 @@ def test_a_run_of_changed_code_or_without_a_place_is_not_taken(run, docs):
         tool.note(run, ["other.png"], docs)
 
 
-def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
-    """What the pages make of it is in those that there are; the study of cameras stays where a later one has none."""
+def test_a_reproduction_is_taken_over(tmp_path):
     folder = tmp_path / "run"
     for name in ("run/behave-optomotor", "run/fidelity", "docs"):
         (tmp_path / name).mkdir(parents=True)
-    held = Outcome("holds", "m", decided="|VS| 0.1 (needs below 0.2)")
+    held = Outcome("holds", "m")
     counts = [{"eye": eye, "wheels": wheels, "claim": "C14", **count_columns(Count(n, 20 - n))}
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
     files = {
@@ -136,19 +135,12 @@ def test_a_reproduction_is_taken_over_into_the_pages(tmp_path):
     score = "env,behaviour,measure,episodes,value,ci_low,ci_high\ncolias_sim/Optomotor-v0,still,gain,2,0.25,nan,nan\n"
     (folder / "behave-optomotor" / "summary.csv").write_text(score)
     (folder / "fidelity" / "trials.parquet").touch()
-    page = tmp_path / "docs" / "page.md"
     write(tmp_path / RESULTS, {})
-    marks = [
-        f"<!-- measured: {name} -->\nold\n<!-- end of measured -->" for name in ("claims", "cameras", "behaviours")
-    ]
-    page.write_text("before\n" + "\n".join(marks) + "\nafter\n")
     (tmp_path / "README.md").touch()
     tool.main(["reproduction", str(folder)], tmp_path)
     shutil.rmtree(folder / "fidelity")
     tool.main(["reproduction", str(folder)], tmp_path)
-    text = page.read_text()
-    assert "cameras and drives by abc123" in text
-    assert text.startswith("before\n") and text.endswith("\nafter\n") and "\nold\n" not in text
-    assert r"| \|VS\| 0.1 (needs below 0.2) |" in text
-    assert "(C14) | ✓ holds (40 of 40) | ✓ holds (20 of 20) | ✕ fails (0 of 20) | ✕ fails (0 of 20) |" in text
-    assert "| Optomotor-v0 | `still` | gain 0.25 |" in text
+    results = read(tmp_path / RESULTS)
+    assert results["eyes"]["commit"] == "abc123", "the study of cameras stays"
+    assert [(one.holds, one.fails) for one in tool.counts(results)["C14"]] == [(40, 0), (20, 0), (0, 20), (0, 20)]
+    assert [(score["behaviour"], float(score["value"])) for score in results["scores"]] == [("still", 0.25)]

@@ -1,7 +1,5 @@
 """`tools.sizes`: what counts as a line of code."""
 
-from __future__ import annotations
-
 import contextlib
 import sys
 from pathlib import PurePosixPath
@@ -11,24 +9,10 @@ import pytest
 from tools import sizes
 from tools.sizes import code_lines, names
 
-SOURCE = '''"""A module
-of two lines."""
-
-import math  # why
-
-
-X = (
-    1,
+SOURCE = (
+    '"""A module\nof two lines."""\n\nimport math  # why\n\n\nX = (\n    1,\n)\n"""What X is."""\n\n\n'
+    'def root(value):\n    """Take it."""\n    text = """two\n    lines"""\n    return math.sqrt(value), text\n'
 )
-"""What X is."""
-
-
-def root(value):
-    """Take it."""
-    text = """two
-    lines"""
-    return math.sqrt(value), text
-'''
 
 
 def test_docstrings_comments_and_blank_lines_are_no_code():

@@ -4,8 +4,6 @@ The scripts themselves run at their smallest: benchmarks and tools/eye.py in tes
 test_results.py, tools/sizes.py in test_sizes.py, the documentation's in tests/site, commands in tests/bench.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

@@ -1,7 +1,5 @@
 """Where the files of a run have what the tests of truth need: the one place to change with entities and columns."""
 
-from __future__ import annotations
-
 import importlib
 import os
 from dataclasses import dataclass
@@ -14,12 +12,11 @@ import mujoco
 import numpy as np
 import polars as pl
 from mujoco.rendering.classic import gl_context
-from rerun.chunk import RrdReader
 
-TIMELINE = "time"
-BUFFER, BLOB = "Image:buffer", "EncodedImage:blob"
+from tests.helpers.recordings import columns
+
 OBSERVER, STIMULUS, EYE = "/world/observer", "/world/stimulus", "/world/observer/camera"
-IMAGES, SPIKES = f"{EYE}/image", "/models/{model}/spikes/{channel}"
+IMAGES = f"{EYE}/image"
 
 
 @dataclass(frozen=True)
@@ -30,53 +27,33 @@ class Recorded:
     images: np.ndarray
     """(T, R, C), uint8."""
     columns: dict[str, dict[str, Any]]
-    """Entity -> component -> its values, one for each row."""
+    """Entity -> column -> its values, one for each row."""
 
     def poses(self, entity: str) -> tuple[np.ndarray, np.ndarray]:
         """Positions (T, 3) in cm and headings (T,) in radians, counter-clockwise."""
         columns = self.columns[entity]
-        x, y, z, w = np.array([row[0] for row in columns["Transform3D:quaternion"]]).T
+        x, y, z, w = np.array([row[0] for row in columns["quaternion"]]).T
         assert np.allclose(x, 0, atol=1e-6) and np.allclose(y, 0, atol=1e-6), "a robot that stands upright"
-        return np.array([row[0] for row in columns["Transform3D:translation"]]), 2 * np.arctan2(z, w)
+        return np.array([row[0] for row in columns["translation"]]), 2 * np.arctan2(z, w)
 
     def pinhole(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The camera matrix (3, 3), and the eye's turn (3, 3) and place (3,) in the observer's frame."""
         columns = self.columns[EYE]
-        lens, turn, place = (
-            np.array(columns[name][0][0])
-            for name in ("Pinhole:image_from_camera", "Transform3D:mat3x3", "Transform3D:translation")
-        )
+        lens, turn, place = (np.array(columns[name][0][0]) for name in ("image_from_camera", "mat3x3", "translation"))
         return lens.reshape(3, 3).T, turn.reshape(3, 3).T, place  # Rerun's matrices are stored by column
-
-    def marks(self, model: str, channel: str) -> dict[int, int]:
-        """Frame -> the side of 0 on which its spikes are drawn."""
-        columns = self.columns[SPIKES.format(model=model, channel=channel)]
-        heights = [row[0] for row in columns["Scalars:scalars"] if row]
-        return {int(f): int(np.sign(height)) for f, height in zip(columns["frame"], heights, strict=True) if height}
 
 
 def recorded(path: Path) -> Recorded:
-    """Read a recording, without layer maps."""
-    columns: dict[str, dict[str, Any]] = {}
-    for chunk in RrdReader(path).stream():
-        if "/maps/" in chunk.entity_path:
-            continue
-        batch = chunk.to_record_batch()
-        entity = columns.setdefault(chunk.entity_path, {})
-        for name, values in zip(batch.schema.names, batch.columns, strict=True):
-            if name == TIMELINE:
-                entity[name] = values.to_numpy(zero_copy_only=False) / np.timedelta64(1, "s")
-            elif name in (BUFFER, BLOB):
-                entity[name] = [row.values.flatten().to_numpy() for row in values]
-            else:
-                entity[name] = values.to_pylist()
-    pictures = columns[IMAGES]
-    if BLOB in pictures:
-        images = np.array([cv2.imdecode(blob, cv2.IMREAD_GRAYSCALE) for blob in pictures[BLOB]])
+    """Read a recording."""
+    held = columns(path)
+    pictures = held[IMAGES]
+    if "blob" in pictures:
+        files = (np.array(blob[0], np.uint8) for blob in pictures["blob"])
+        images = np.array([cv2.imdecode(file, cv2.IMREAD_GRAYSCALE) for file in files])
     else:
-        size = pictures["Image:format"][0][0]
-        images = np.array(pictures[BUFFER]).reshape(-1, size["height"], size["width"])
-    return Recorded(pictures[TIMELINE], images, columns)
+        size = pictures["format"][0][0]
+        images = np.array(pictures["buffer"], np.uint8).reshape(-1, size["height"], size["width"])
+    return Recorded(np.array(pictures["time"]) / 1e9, images, held)
 
 
 @dataclass(frozen=True)
@@ -113,7 +90,7 @@ def picture(env: Any) -> np.ndarray:
 
 
 def recount(trial: Trial) -> None:
-    """Counts, peaks and marks of a trial of the DSNN are those of its frames, and spikes have the potential's sign."""
+    """Counts and peaks of a trial of the DSNN are those of its frames, and spikes have the potential's sign."""
     row, frames = trial.row, trial.frames
     assert row["spikes"] == row["hs_spikes"]
     for channel in ("hs", "vs"):
@@ -124,5 +101,3 @@ def recount(trial: Trial) -> None:
         )
         fired = np.flatnonzero(spikes)
         assert np.array_equal(np.sign(spikes[fired]), np.sign(potential[fired]))
-        expected = {int(frame): int(np.sign(spikes[frame])) for frame in fired}
-        assert trial.recording.marks("dsnn", channel) == expected, channel

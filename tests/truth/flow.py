@@ -1,7 +1,5 @@
 """The optical flow of images, by OpenCV: what moved, and which way."""
 
-from __future__ import annotations
-
 import itertools
 
 import cv2

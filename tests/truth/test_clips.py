@@ -1,7 +1,5 @@
 """What a clip shows and tells, recomputed from its recording: motion, sums, time."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -37,5 +35,5 @@ def test_the_images_flow_the_way_the_table_says(played):
 def test_counts_and_peaks_are_those_of_the_frames(played):
     for trial in played:
         recount(trial)
-        assert trial.recording.columns["/__properties/stimulus"]["PlainParams:seed"] == [[trial.row["seed"]]]
+        assert trial.recording.columns["/__properties/stimulus"]["seed"] == [[trial.row["seed"]]]
     assert {-1, 1} == {int(np.sign(v)) for trial in played for v in trial.frames["vs_spikes"] if v}

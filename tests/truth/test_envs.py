@@ -1,7 +1,5 @@
 """What an env rewards and shows, recomputed from its infos by the formulas of its page, and from its picture."""
 
-from __future__ import annotations
-
 import math
 import warnings
 
@@ -27,16 +25,16 @@ def centre(info):
 
 TERMS = {
     "Optomotor": lambda info, left, right: {
-        "hold": max(1 - abs(info["slip_deg_s"]) / 50, -1), "effort": effort(left, right)
+        "hold": max(1 - abs(info["slip_deg_s"]) / 50, -1),
+        "effort": effort(left, right),
     },
     "Fixation": lambda info, left, right: {
-        "centre": centre(info), "effort": effort((left - right) / 2, (right - left) / 2)
+        "centre": centre(info),
+        "effort": effort((left - right) / 2, (right - left) / 2),
     },
-    "Pursuit": lambda info, left, right: {
-        "distance": max(1 - abs(info["gap_cm"] - 7) / 7, -1), "centre": centre(info)
-    },
+    "Pursuit": lambda info, left, right: {"distance": max(1 - abs(info["gap_cm"] - 7) / 7, -1), "centre": centre(info)},
     "Avoidance": lambda info, left, right: {"ahead": info["ahead_cm"] * FPS / TOP_CM_S},
-}  # fmt: skip
+}
 """Env -> the terms of its reward as its page has them, from an info, the way along the heading, and the action."""
 
 

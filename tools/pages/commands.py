@@ -6,19 +6,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import typer
 from typer.testing import CliRunner
 
-from experiments.cli.main import app
+from experiments.cli.main import app, parser
 from tools.pages import markdown
 
 
 def write(folder: Path) -> None:
     """Write the page into ``folder``."""
     parts = ["# Commands\n"]
-    for name in shown(typer.main.get_command(app), "colias"):
+    for name in shown(parser(), "colias"):
         words = [*name.split()[1:], "--help"]
-        printed = CliRunner().invoke(app, words, env={"TERMINAL_WIDTH": "100"}, prog_name="colias")
+        printed = CliRunner().invoke(app(), words, env={"TERMINAL_WIDTH": "100"}, prog_name="colias")
         parts.append(f"{'#' * len(words)} {name}\n\n```text\n{printed.output.strip()}\n```\n")
     markdown.write(folder / "index.md", *parts)
 

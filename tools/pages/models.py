@@ -12,10 +12,10 @@ import polars as pl
 from numpydoc.docscrape import NumpyDocString
 
 from dsnn import MODELS, ModelEntry
+from experiments.base.values import key_texts
 from experiments.declare.clip import Clip, ClipFigure
 from experiments.draw import clips, style
 from experiments.settings.models import PRESET, choose, family
-from experiments.settings.settings import assignments
 from experiments.show.clips import ClipTrial
 from experiments.show.play import play
 from tools.pages import markdown
@@ -93,5 +93,5 @@ def _presets(entry: ModelEntry, section: str) -> str:
     for used, values in named.items():
         names = [field.name for field in dataclasses.fields(values) if field.name != PRESET]
         changed = {name: getattr(values, name) for name in names if getattr(values, name) != getattr(base, name)}
-        rows.append((used, ", ".join(f"`{text}`" for text in assignments(changed)) or "nothing"))
+        rows.append((used, ", ".join(f"`{text}`" for text in key_texts(changed)) or "nothing"))
     return table(("Used by", "Set otherwise than by default"), rows)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,11 +16,9 @@ from experiments.declare.checks import MARGIN, Check, Needs, decide, exceeds, un
 from experiments.declare.claim import DSNN, Claim
 from experiments.declare.claim import shipped as claim
 from experiments.declare.outcome import Outcome
-from experiments.judge.judge import EVERY, SHADES, SIGNED, Row
+from experiments.judge.judge import EVERY, SHADES, SIGNED, Row, Rows
 from experiments.paper.claims.robot import CONNECTIONS, FEWER, PER_CORRELATOR
-
-if TYPE_CHECKING:
-    import polars as pl
+from experiments.store.tables import group
 
 EARLIER, EMD = "dsn2017", "emd"
 LEAST_GREYS = 5
@@ -84,21 +82,21 @@ def answer(row: Row) -> str | None:
     return named[0] if len(named) == 1 else None
 
 
-def rows_of(clips: pl.DataFrame, model: str = DSNN, **fixed: Any) -> list[dict[str, Any]]:
+def rows_of(clips: Rows, model: str = DSNN, **fixed: Any) -> list[Row]:
     """Return the rows of a model in which columns have the ``fixed`` values, in the table's order."""
-    return clips.filter(model=model, **fixed).rows(named=True)
+    return [row for row in clips if row["model"] == model and all(row[name] == fixed[name] for name in fixed)]
 
 
-def matched(clips: pl.DataFrame, *models: str) -> Iterator[tuple[dict[str, Any], list[dict[str, Any]]]]:
+def matched(clips: Rows, *models: str) -> Iterator[tuple[Row, list[Row]]]:
     """Yield the DSNN's row of each clip, with those of the ``models`` in the same clip."""
-    rows = {(row["model"], row["clip"]): row for row in clips.rows(named=True)}
+    rows = {(row["model"], row["clip"]): row for row in clips}
     for whole in rows_of(clips):
         yield whole, [rows[model, whole["clip"]] for model in models]
 
 
-def levels(clips: pl.DataFrame, name: str) -> list[float]:
+def levels(clips: Rows, name: str) -> list[float]:
     """Return the values of a column, each once, from the lowest up."""
-    return clips[name].drop_nulls().unique().sort().to_list()
+    return sorted({row[name] for row in clips} - {None})
 
 
 def strongest(row: Row, *systems: str) -> float:
@@ -128,14 +126,16 @@ def more_hs(text: str, value: float, less: float, than: str, threshold: float) -
     return exceeds(f"{text} {value:.3f}", value, less, than, "potential", scale=threshold)
 
 
-def rises(clips: pl.DataFrame, threshold: float, *apart: str) -> list[Check]:
+def rises(clips: Rows, threshold: float, *apart: str) -> list[Check]:
     """Return the checks of more peak HS at each speed than at the next lower one, for clips ``apart`` in columns."""
     checks = []
-    shown = clips.drop_nulls(apart).sort(*apart, "speed", maintain_order=True)
-    for values, group in shown.group_by(apart, maintain_order=True):
+    shown = [row for row in clips if all(row[name] is not None for name in apart)]
+    shown.sort(key=lambda row: [row[name] for name in (*apart, "speed")])
+    for values, rows in group(shown, *apart).items():
         where = ", ".join(f"{name} {value:g}" for name, value in zip(apart, values, strict=True))
-        for (slow, less), (fast, more) in pairwise(group.select("speed", "peak_hs").rows()):
-            checks.append(more_hs(f"{where}, {fast:g} px/s: peak HS", more, less, f"at {slow:g}", threshold))
+        for slow, fast in pairwise(rows):
+            text, than = f"{where}, {fast['speed']:g} px/s: peak HS", f"at {slow['speed']:g}"
+            checks.append(more_hs(text, fast["peak_hs"], slow["peak_hs"], than, threshold))
     return checks
 
 
@@ -169,19 +169,19 @@ def compared(of_dsnn: Sequence[Check], of_other: Sequence[Check], model: str) ->
 
 
 @claim("C1", conditions={"motion": tuple(SIGNED), "shade": SHADES}, of_each=True)
-def c1(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c1(clips: Rows, threshold: float) -> list[Check]:
     """Judge that every translation passes the threshold of its own direction."""
     return [passes(row, *SIGNED[row["motion"]], threshold) for row in rows_of(clips)]
 
 
 @claim("C2", conditions={"motion": tuple(SIGNED), "shade": SHADES}, of_each=True, silent_passes=True)
-def c2(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c2(clips: Rows, threshold: float) -> list[Check]:
     """Judge HS of vertical translations, and VS of horizontal ones."""
     return [stays(row, threshold, "vs" if row["motion"] in WAYS else "hs") for row in rows_of(clips)]
 
 
 @claim("C3", conditions={"motion": ("looming", "receding"), "shade": SHADES}, of_each=True, silent_passes=True)
-def c3(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c3(clips: Rows, threshold: float) -> list[Check]:
     """Judge both systems, over the whole of each clip."""
     return [stays(row, threshold, "hs", "vs") for row in rows_of(clips)]
 
@@ -192,7 +192,7 @@ SUM_TOLERANCE = 1e-3
 
 
 @claim("C4", models={DSNN, *BLOCKED}, conditions={"motion": tuple(SIGNED)}, of_each=True)
-def c4(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c4(clips: Rows, threshold: float) -> list[Check]:
     """Judge that each pathway alone leaves its share of the intact peak, and that both add up to the whole."""
     checks = []
     for whole, parts in matched(clips, *BLOCKED):
@@ -210,7 +210,7 @@ def c4(clips: pl.DataFrame, threshold: float) -> list[Check]:
 
 @claim("C5", **against(EARLIER), conditions={"motion": ("looming", "receding"), "background_speed": (8.0,)},
        of_each=True, silent_passes=True)  # fmt: skip
-def c5(clips: pl.DataFrame, threshold: float) -> Outcome:
+def c5(clips: Rows, threshold: float) -> Outcome:
     """Judge both systems of the DSNN in every clip; of the 2017 model one of both passes T in every clip."""
     checks = [stays(row, threshold, "hs", "vs") for row in rows_of(clips)]
     of_other = [stays(row, threshold, "hs", "vs", needs="above") for row in rows_of(clips, EARLIER)]
@@ -218,7 +218,7 @@ def c5(clips: pl.DataFrame, threshold: float) -> Outcome:
 
 
 @claim("C6", **against(EARLIER), conditions={**CROSSING, "background_speed": (-8.0,)}, of_each=True)
-def c6(clips: pl.DataFrame, threshold: float) -> Outcome:
+def c6(clips: Rows, threshold: float) -> Outcome:
     """Judge HS and VS of the DSNN in every clip; of the 2017 model VS passes T in every clip."""
     rows = rows_of(clips)
     checks = [passes(row, "peak_hs", 1.0, threshold) for row in rows]
@@ -231,40 +231,40 @@ def c6(clips: pl.DataFrame, threshold: float) -> Outcome:
     "C7", **against(EARLIER),
     conditions={**CROSSING, "speed": (40.0, 80.0, 120.0), "background_speed": BACKGROUNDS, "grey": EVERY},
 )  # fmt: skip
-def c7(clips: pl.DataFrame, threshold: float) -> Outcome:
+def c7(clips: Rows, threshold: float) -> Outcome:
     """Judge every step of speed, and the spread over background speeds: largest peak less smallest, meaned."""
-    spreads = {model: _spread(clips.filter(model=model)) for model in (DSNN, EARLIER)}
+    spreads = {model: _spread(rows_of(clips, model)) for model in (DSNN, EARLIER)}
     text = f"over background speeds {EARLIER}'s peak HS varies by"
     more = more_hs(text, spreads[EARLIER], spreads[DSNN], "of the DSNN", threshold)
-    return compared(rises(clips.filter(model=DSNN), threshold, "grey", "background_speed"), [more], EARLIER)
+    return compared(rises(rows_of(clips), threshold, "grey", "background_speed"), [more], EARLIER)
 
 
-def _spread(clips: pl.DataFrame) -> float:
+def _spread(clips: Rows) -> float:
     """Return the spread of peak HS over what else differs than object and speed, meaned over these."""
-    alike = clips.drop_nulls(["grey", "speed"]).group_by("grey", "speed", maintain_order=True)
-    return float(np.mean([np.ptp(part["peak_hs"].to_numpy()) for _, part in alike]))
+    alike = group((row for row in clips if None not in (row["grey"], row["speed"])), "grey", "speed").values()
+    return float(np.mean([np.ptp([row["peak_hs"] for row in rows]) for rows in alike]))
 
 
 @claim(
     "C8", of_each=True, silent_passes=True,
     conditions={**CROSSING, "speed": (40.0, 80.0, 120.0), "background_speed": BACKGROUNDS, "shade": SHADES},
 )  # fmt: skip
-def c8(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c8(clips: Rows, threshold: float) -> list[Check]:
     """Judge VS to either side: its trough as well as its peak."""
     return [stays(row, threshold, "vs", needs="below") for row in rows_of(clips)]
 
 
 @claim("C9", conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)
-def c9(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c9(clips: Rows, threshold: float) -> list[Check]:
     """Judge every step of speed."""
-    return rises(clips.filter(model=DSNN, object="present"), threshold, "grey")
+    return rises(rows_of(clips, object="present"), threshold, "grey")
 
 
 @claim("C10", conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)
-def c10(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
+def c10(clips: Rows, threshold: float) -> list[Check] | Outcome:
     """Judge at each speed by itself; the background's mean is that of the rows that the object passes."""
-    shown = clips.filter(model=DSNN, object="present")
-    greys, ground = levels(shown, "grey"), float(np.mean(shown["background_mean"].to_numpy()))
+    shown = rows_of(clips, object="present")
+    greys, ground = levels(shown, "grey"), float(np.mean(np.array([row["background_mean"] for row in shown], float)))
     nearest = min(greys, key=lambda grey: abs(grey - ground))
     if nearest in (greys[0], greys[-1]):
         return Outcome.unjudged(f"needs greys on both sides of the background's mean, {ground:.0f}")
@@ -279,7 +279,7 @@ def c10(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
 
 
 @claim("C11", **against(EMD), conditions=CONTRAST_GRID, alone="background_speed")
-def c11(clips: pl.DataFrame, threshold: float) -> Outcome:
+def c11(clips: Rows, threshold: float) -> Outcome:
     """Judge whether a model's weakest answer to a translation beats every answer to a background alone.
 
     Answers are the largest abs(HS) of a clip; of the background-only clips, of all there are. The EMD model is asked
@@ -297,7 +297,7 @@ def c11(clips: pl.DataFrame, threshold: float) -> Outcome:
 
 @claim("C22", models={DSNN, *BLOCKED}, of_each=True,
        conditions={"stimulus": ("edge",), "motion": WAYS, "polarity": ("on", "off")})  # fmt: skip
-def c22(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c22(clips: Rows, threshold: float) -> list[Check]:
     """Judge one edge in view: what each blocked pathway leaves of the largest |HS|.
 
     An OFF edge is the leading one of a dark object and the trailing one of a light object, an ON edge the reverse.
@@ -320,12 +320,12 @@ MOST_OF_OPPOSITE = 0.1
 
 
 @claim("C23", conditions={"stimulus": ("apparent",), "motion": WAYS, "polarity": (*SAME, *OPPOSITE)})
-def c23(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
+def c23(clips: Rows, threshold: float) -> list[Check] | Outcome:
     """Judge the strongest HS: of one sign its direction, of opposite signs its share of that.
 
     The share is of the weaker of both answers to steps of one sign, in the same direction with the same delay.
     """
-    clips = clips.sort("clip")  # those of one delay have one place in every pair
+    clips = sorted(clips, key=lambda row: row["clip"])  # those of one delay have one place in every pair
     hs = {
         (motion, pair): [
             max((row["peak_hs"], row["trough_hs"]), key=abs) for row in rows_of(clips, motion=motion, polarity=pair)
@@ -351,12 +351,12 @@ def c23(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
 
 @claim("C24", models={DSNN, *FEWER}, equal_terms={CONNECTIONS[n]: PER_CORRELATOR[n] for n in (1, 2)},
        conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)  # fmt: skip
-def c24(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c24(clips: Rows, threshold: float) -> list[Check]:
     """Judge the off-line part: every clip of the contrast grid."""
     checks = []
     for model in FEWER:
         past = [0, 0]
-        for whole, (fewer,) in matched(clips.filter(object="present"), model):
+        for whole, (fewer,) in matched([row for row in clips if row["object"] == "present"], model):
             peak, less = whole["peak_hs"], fewer["peak_hs"]
             checks.append(more_hs(f"{whole['clip']}: peak HS", peak, less, f"of {model}", threshold))
             past = [past[0] + (peak > threshold), past[1] + (less > threshold)]
@@ -366,20 +366,17 @@ def c24(clips: pl.DataFrame, threshold: float) -> list[Check]:
 
 
 @claim("C26", **against(EMD), conditions=CONTRAST_GRID, least_greys=LEAST_GREYS)
-def c26(clips: pl.DataFrame, threshold: float) -> Outcome:
+def c26(clips: Rows, threshold: float) -> Outcome:
     """Judge every step of speed, or that not every one rises.
 
     The DSNN's peaks are of HS, as in C9; the EMD's of |HS|, as in C11: the background drives its HS the other way.
     """
-    import polars as pl  # not before: it takes its time to load
-
-    shown = clips.filter(object="present")
-    of_emd = shown.filter(model=EMD).with_columns(peak_hs=pl.max_horizontal("peak_hs", -pl.col("trough_hs")))
-    of_dsnn = shown.filter(model=DSNN)
+    of_emd = [{**row, "peak_hs": strongest(row, "hs")} for row in rows_of(clips, EMD, object="present")]
+    of_dsnn = rows_of(clips, object="present")
     first, *middle, last = levels(of_dsnn, "grey")
-    of_other = rises(of_emd.filter(pl.col("grey").is_in([first, last])), threshold, "grey")
+    of_other = rises([row for row in of_emd if row["grey"] in (first, last)], threshold, "grey")
     for grey in middle:
-        least = min(step.reading for step in rises(of_emd.filter(grey=grey), threshold, "grey"))
+        least = min(step.reading for step in rises(rows_of(of_emd, EMD, grey=grey), threshold, "grey"))
         text = f"{EMD}, grey {grey:g}: least step of the peak of |HS| with speed {least:+.4f}"
         of_other.append(Check(text, least, MARGIN["potential"], "below", scale=threshold))
     return compared(rises(of_dsnn, threshold, "grey"), of_other, EMD)
@@ -390,7 +387,7 @@ LEAST_FACTOR = 2.0
 
 @claim("C27", **against(*WITHOUT), conditions={"object": ("absent",), "background_speed": BACKGROUNDS},
        of_each=True)  # fmt: skip
-def c27(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c27(clips: Rows, threshold: float) -> list[Check]:
     """Judge each of |HS| and |VS|, without the one and without the other, in every clip of the background alone."""
     checks = []
     for whole, others in matched(clips, *WITHOUT):
@@ -406,7 +403,7 @@ def c27(clips: pl.DataFrame, threshold: float) -> list[Check]:
     "C28", of_each=True, alone="foliage",
     conditions={"foliage": ("windblown",), "movers": ("one", "opposite", "group"), "motion": WAYS},
 )  # fmt: skip
-def c28(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
+def c28(clips: Rows, threshold: float) -> list[Check] | Outcome:
     """Judge that every mover is answered with its sign, and that what has no mover stays inside +-T.
 
     A street of our own rendering stands in for the paper's real footage. "HS passes T with the sign of each" was read
@@ -431,7 +428,7 @@ def c28(clips: pl.DataFrame, threshold: float) -> list[Check] | Outcome:
 def with_model(claim: Claim, other: str, label: str) -> Claim:
     """Return a claim in which the model called ``label`` takes the place of the ``other`` that it names."""
 
-    def judge(clips: pl.DataFrame, threshold: float) -> Any:
-        return claim.judge(clips.with_columns(clips["model"].replace({label: other})), threshold)
+    def judge(clips: Rows, threshold: float) -> Any:
+        return claim.judge([{**row, "model": other} if row["model"] == label else row for row in clips], threshold)
 
     return replace(claim, models=claim.models - {other} | {label}, judge=judge)

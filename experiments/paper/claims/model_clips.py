@@ -12,7 +12,7 @@ L_OVER_V_S = (0.08, 0.16, 0.32)
 OFF_CENTRE_DEG, OFF_CENTRE_S = (-20.0, 20.0), 0.16
 FRAME = (("rows", 72), ("columns", 99))
 DARK, LIGHT = (("grey", 40.0), ("background_grey", 200.0)), (("grey", 200.0), ("background_grey", 40.0))
-WAYS = ("rightward", "leftward", "downward", "upward")
+DIRECTIONS = ("rightward", "leftward", "downward", "upward")
 SPEEDS_PX_S, SIDE_PX = (60.0, 120.0), 25.0
 GRATING = (("period_px", 16.0), ("contrast", 0.8))
 GRATING_HZ, GRATING_DEG = (2.0, 4.0), (0.0, 90.0, 180.0, 270.0)
@@ -40,7 +40,7 @@ def _translating() -> tuple[Clip, ...]:
     return tuple(
         Clip(f"translating {shade} {way} {speed:g} px/s", "plain", (*size, ("motion", way), ("speed", speed), *greys))
         for shade, greys in (("dark", DARK), ("light", LIGHT))
-        for way in WAYS
+        for way in DIRECTIONS
         for speed in SPEEDS_PX_S
     )
 
@@ -61,7 +61,7 @@ def _panning() -> tuple[Clip, ...]:
 
 
 def _reverse_phi() -> tuple[Clip, ...]:
-    return tuple(Clip(f"reverse-phi {way}", "reverse-phi", (*FRAME, ("motion", way))) for way in WAYS)
+    return tuple(Clip(f"reverse-phi {way}", "reverse-phi", (*FRAME, ("motion", way))) for way in DIRECTIONS)
 
 
 RECEDING = ("motion", "receding")
@@ -93,7 +93,3 @@ def names(groups: Iterable[str]) -> tuple[str, ...]:
 
 CLIPS: Mapping[str, Clip] = {clip.name: clip for clips in GROUPS.values() for clip in clips}
 """Every clip, by its name."""
-RANDOM = frozenset(names(
-    ("gratings", "faint-gratings", "before-grating", "grating-alone", "panning-scenes", "reverse-phi")
-))  # fmt: skip
-"""The clips that differ with the seed, which chooses the phase of a grating, and makes scenes and patterns."""

@@ -8,18 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from dsnn import MODELS
 from experiments.declare.checks import Check, Needs
 from experiments.declare.claim import Claim, texts
 from experiments.declare.outcome import Outcome
-from experiments.judge.judge import SIGNED, Row
+from experiments.judge.judge import SIGNED, Row, Rows
 from experiments.paper.claims.clips import answer, rows_of
 from experiments.paper.claims.model_clips import names
-
-if TYPE_CHECKING:
-    import polars as pl
 
 Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed"]
 """What is asked of the model's responses to the clips.
@@ -73,7 +70,7 @@ def claim_on_clips(
     def text(row: Row) -> str:
         return f"{row['clip']}: {value(row):.3g} {UNITS[measure]}"
 
-    def judge(table: pl.DataFrame, threshold: float) -> Outcome:
+    def judge(table: Rows, threshold: float) -> Outcome:
         mine, others, woken = (_of(table, model, groups) for groups in (clips, against, control))
         if test in ("way", "reversed"):
             expected = OPPOSITE if test == "reversed" else {way: way for way in OPPOSITE}
@@ -112,7 +109,7 @@ def _of_paper(name: str, model: str, judged: Callable[..., Outcome], **fields: A
     return Claim(id=name, judge=judged, says=paper[name], source=paper["source"], on="clips", **fields)
 
 
-def _of(clips: pl.DataFrame, label: str, groups: Iterable[str]) -> list[dict[str, Any]]:
+def _of(clips: Rows, label: str, groups: Iterable[str]) -> list[Row]:
     """Return a model's rows of the clips of some groups."""
     wanted = set(names(groups))
     return [row for row in rows_of(clips, label) if row["clip"] in wanted]

@@ -232,7 +232,7 @@ def c13(rows: Rows, threshold: float) -> Outcome:
     return of_each_trial(highest_first, [*kinds.values()], broken, threshold)
 
 
-WAYS = {1.0: "rightward", -1.0: "leftward"}
+DIRECTION_OF = {1.0: "rightward", -1.0: "leftward"}
 """Sign of HS -> direction of the motion."""
 
 
@@ -247,14 +247,14 @@ def c14(rows: Rows, threshold: float) -> Outcome:
     def reached(sign: float, row: Row) -> float:
         return float(row["peak_hs"] if sign > 0 else -row["trough_hs"])
 
-    ways = {sign: paper_trials(rows, motion="translation", direction=way) for sign, way in WAYS.items()}
+    ways = {sign: paper_trials(rows, motion="translation", direction=way) for sign, way in DIRECTION_OF.items()}
     checks = []
     for sign, trials in ways.items():
         sides: tuple[tuple[float, Needs, Any], ...] = ((sign, "above", min), (-sign, "at most", max))
         for side, needs, extreme in sides if trials else ():
             row = extreme(trials, key=partial(reached, side))
             where = f"{row['speed_cm_s']:g} cm/s, {row['distance_cm']:g} cm"
-            text = f"{WAYS[sign]}: HS reaches {side * reached(side, row):+.3f} at {where}"
+            text = f"{DIRECTION_OF[sign]}: HS reaches {side * reached(side, row):+.3f} at {where}"
             asks = f"{'to' if side == sign else 'not to'} pass {side * threshold:+g}"
             checks.append(Check(text, reached(side, row), threshold, needs, asks=asks))
     if not checks:

@@ -4,13 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import polars as pl
-
 from experiments import Check, Fit, Study
-from experiments.declare.claim import DSNN, Claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.claim import Claim
+from experiments.judge.judge import Rows
 from experiments.kinds.registry import claims_on, find_claim
-from experiments.paper.claims.clips import ASSUMED, answer, rises, with_model
+from experiments.paper.claims.clips import ASSUMED, answer, rises, rows_of, with_model
 from experiments.paper.clips import FASTER, VARIANTS_2017, VARIANTS_EMD
 from experiments.paper.studies.robot import DEFAULTS, NETWORK, READINGS
 
@@ -25,9 +23,9 @@ RIVALS = ("emd-normalised", "three-arm", "three-arm-4q", "t4t5")
 """Models that see the clips beside those of the experiment, `dsnn`, `dsn2017` and `emd`."""
 
 
-def c7_rises(clips: pl.DataFrame, threshold: float) -> list[Check]:
+def c7_rises(clips: Rows, threshold: float) -> list[Check]:
     """Judge whether peak HS rises with the object's speed, at one speed of the background."""
-    return rises(clips.filter(model=DSNN), threshold, "grey")
+    return rises(rows_of(clips), threshold, "grey")
 
 
 C7_RISES = replace(
@@ -76,8 +74,6 @@ BACKGROUND = Study(
     models=("dsnn", *RIVALS),
     repeats=None,
     replicates=1,
-    claim_at=at_speed,
-    tables=answered,
 )
 
 # Claims that compare the DSNN with another model, along that model's constants, which are not known: a claim is judged
@@ -90,28 +86,28 @@ def compares_with(claim: str) -> str:
     return next((model for model in ASSUMED if paper and model in paper.models), "")
 
 
+ALONG = "constants of "
+
+
 def along(name: str, summary: str, claims: Sequence[str], other: str, variants: Sequence[str]) -> Study:
     """Return the study ``name`` of claims along the constants of the model ``other``.
 
     The experiment of the same name shows its ``variants``, labels as ``dsn2017:k_sig=10``.
     """
-    labels = {label.partition(":")[2].replace(",", ", ") or "as assumed": label for label in variants}
-    axis = f"constants of {other}"
-
-    def with_constants(claim: Claim, point: Mapping[str, str]) -> Claim:
-        return with_model(claim, other, labels[point[axis]])
-
+    levels = [label.partition(":")[2].replace(",", ", ") for label in variants]
     asked = []
     for claim in (find_claim(claim, "clips") for claim in claims):
         conditions = {**claim.conditions, **({"speed": SPEED[claim.id]} if claim.id in SPEED else {})}
-        asked.append(replace(claim, settled=True, equal_terms={}, conditions=conditions))
-    return Study(name, summary, tuple(asked), experiments=(name,), axes={axis: dict.fromkeys(labels, ())},
-                 claim_at=with_constants, repeats=None, replicates=1)  # fmt: skip
+        asked.append(replace(claim.settled(), conditions=conditions))
+    return Study(name, summary, tuple(asked), experiments=(name,), axes={f"{ALONG}{other}": dict.fromkeys(levels, ())},
+                 repeats=None, replicates=1)  # fmt: skip
 
 
-def outcomes(result: Any, claim: str) -> dict[str, Outcome]:
-    """Return each choice of the other model's constants -> a claim's outcome with it in replicate 0."""
-    return {point[0][1]: found[0] for (point, _, name), found in result.outcomes.items() if name == claim}
+def with_constants(claim: Claim, point: Mapping[str, str]) -> Claim:
+    """Return a claim about a model with the constants of a point, in the place of that with those assumed."""
+    ((axis, level),) = point.items()
+    other = axis.removeprefix(ALONG)
+    return with_model(claim, other, f"{other}:{level.replace(', ', ',')}")
 
 
 CONSTANTS_2017 = along(

@@ -108,6 +108,4 @@ STUDY = Study(
     experiments=("angular-approach",),
     axes={"arena": {"bright": (), "dim": ("scene.arena=dim",)}},
     models=PANEL,
-    probe=(columns, COLUMNS),
-    tables=tables,
 )

@@ -61,8 +61,8 @@ def errors(result: Any) -> dict[str, list[dict[str, Any]]]:
 def distance(ours: pl.DataFrame, floats: pl.DataFrame) -> dict[str, Any]:
     """Measure a format against the float network, frame by frame, on all trials that both responded in.
 
-    ``lost`` and ``gained`` are spikes that the float network or the format alone has, over all frames, as
-    `dsnn.onboard.error.differences` counts them: a spike of the other sign is one lost and one gained.
+    ``lost`` and ``gained`` are spikes that the float network or the format alone has, over all frames. A spike of the
+    other sign is one lost and one gained.
 
     Parameters
     ----------
@@ -90,6 +90,4 @@ STUDY = Study(
     summary="C13 to C20 in the robot's own arithmetic, in several formats, beside the float network on the same trials",
     claims=CLAIMS,
     models=FORMATS,
-    probe=probe_of(*FORMATS),
-    tables=errors,
 )

@@ -34,7 +34,6 @@ FIDELITY = Study(
     claims=(*CLAIMS, "C21", "C29", "C31"),
     axes={"eye": EYES, "wheels": WHEELS},
     models=(),  # those that each claim is about
-    tables=driven,
 )
 """The claims about the robot with the model of its eye, and with its wheels; not those of speeds beyond these."""
 
@@ -111,11 +110,12 @@ SENSITIVITY = Study(
     experiments=WHOLE,
     axes={"moved": MOVED},
     models=("dsnn", BEST),
-    only=dict.fromkeys((*READINGS, *APPARATUS), ("dsnn",)),
     replicates=1,
-    probe=probe_of(DEFAULTS, f"{BEST} {DEFAULTS}"),
 )
 """Sensitivity of the claims about the robot to each parameter of network and apparatus, moved by itself."""
+PROBE = probe_of(DEFAULTS, f"{BEST} {DEFAULTS}")
+ONLY = dict.fromkeys((*READINGS, *APPARATUS), ("dsnn",))
+"""What is kept of the models in every frame; the moves at which the network of the robot is not judged."""
 
 BOX = ("dsnn.t_sp=0.02..0.3", "dsnn.k_sp=1..3", "dsnn.n_con=4,6,8", "dsnn.d=1..4", "dsnn.tau_s.first=5..100",
        "dsnn.tau_s.last=100..400")  # fmt: skip

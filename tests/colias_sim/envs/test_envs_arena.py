@@ -8,14 +8,13 @@ import pytest
 from colias_sim.envs.geometry import HULL_RADIUS, gap_to_arena
 from colias_sim.obstacles import Obstacle, outline
 from colias_sim.pose import Pose
+from tests.helpers.arenas import pillar, written
 from tests.helpers.envs import bare, every_env
 
 
-def written(folder, places, radius=0.02):
-    body = "".join(f'<geom type="cylinder" size="{radius} 0.04" pos="{x} {y} 0.04"/>' for x, y in places)
-    path = folder / "own.xml"
-    path.write_text(f'<mujoco><include file="plain.xml"/><worldbody>{body}</worldbody></mujoco>')
-    return str(path)
+def with_pillars(folder, places, radius=0.02):
+    body = "".join(pillar(x, y, radius).replace('name="pillar" ', "") for x, y in places)
+    return written(folder, body, room="plain")
 
 
 RING = [(0.3 * math.cos(a), 0.3 * math.sin(a)) for a in np.arange(12) * math.pi / 6]
@@ -23,7 +22,7 @@ RING = [(0.3 * math.cos(a), 0.3 * math.sin(a)) for a in np.arange(12) * math.pi 
 
 @every_env
 def test_no_robot_starts_in_an_obstacle(tmp_path, name):
-    env = bare(name, arena=written(tmp_path, RING), observation="state")
+    env = bare(name, arena=with_pillars(tmp_path, RING), observation="state")
     for seed in range(12):
         env.reset(seed=seed)
         for robot, pose in env.poses.items():
@@ -32,7 +31,7 @@ def test_no_robot_starts_in_an_obstacle(tmp_path, name):
 
 
 def test_touching_an_obstacle_ends_the_episode(tmp_path):
-    env = bare("colias_sim/Avoidance-v0", arena=written(tmp_path, [(0.09, 0.0)]), robots=1, moving=0,
+    env = bare("colias_sim/Avoidance-v0", arena=with_pillars(tmp_path, [(0.09, 0.0)]), robots=1, moving=0,
                observation="state")  # fmt: skip
     env.reset(seed=0, options={"poses": {"observer": (0.0, 0.0, 0.0), "parked1": (-30.0, 0.0, 0.0)}})
     ended = any(env.step(np.array([0.3, 0.3], np.float32))[2] for _ in range(60))

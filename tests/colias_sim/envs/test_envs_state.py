@@ -11,19 +11,11 @@ from colias_sim.envs import Other, State
 from colias_sim.envs.state import LENGTH, SPEED, TURN
 
 angles = st.floats(-math.pi, math.pi)
-others = st.builds(Other, st.floats(0, LENGTH), angles, st.floats(-SPEED, SPEED), st.floats(-SPEED, SPEED))
+lengths, speeds, turns = st.floats(0, LENGTH), st.floats(-SPEED, SPEED), st.floats(-TURN, TURN)
+others = st.lists(st.builds(Other, lengths, angles, speeds, speeds), max_size=4).map(tuple)
 
 
-@given(
-    st.builds(
-        State,
-        st.floats(-SPEED, SPEED),
-        *[st.floats(-TURN, TURN)] * 3,
-        st.floats(0, LENGTH),
-        angles,
-        st.lists(others, max_size=4).map(tuple),
-    )
-)
+@given(st.builds(State, speeds, turns, turns, turns, lengths, angles, others))
 def test_a_state_is_read_back_from_its_vector(state):
     vector = state.vector()
     assert vector.shape == (7 + 5 * len(state.others),) and vector.dtype == np.float32

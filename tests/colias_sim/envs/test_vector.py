@@ -1,7 +1,5 @@
 """Gymnasium's own vector envs serve: each of their envs plays the episodes of a single one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import gymnasium as gym

@@ -1,7 +1,5 @@
 """The network in the robot's arithmetic: C equal to its specification to the bit, its laws, and how far floats are."""
 
-from __future__ import annotations
-
 import ctypes
 import dataclasses
 import subprocess
@@ -11,9 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from dsnn import DSNN, OnboardDSNN, OnboardParams, forms, native
+from dsnn import OnboardDSNN, OnboardParams, forms, native
 from dsnn.onboard.codes import coded, decoded
-from dsnn.onboard.error import compare, differences, float_params
 from dsnn.onboard.fixed import constants
 from dsnn.onboard.header import header
 from dsnn.onboard.params import largest_change
@@ -192,16 +189,3 @@ def test_the_header_makes_the_same_model(changes, tmp_path):
 def test_what_would_overflow_or_has_no_room_is_refused(changes):
     with pytest.raises(ValueError, match=next(iter(changes))):
         OnboardParams(**changes)
-
-
-def test_the_comparison_counts_what_differs():
-    frames, params = crossing(count=20), OnboardParams.robot()
-    exact = DSNN((72, 99), float_params(params)).run(frames)
-    other = dataclasses.replace(exact, hs=exact.hs + 0.5, hs_spikes=exact.hs_spikes + 2)
-    same, told = differences(exact, exact), differences(exact, other)
-    assert not any(same[name] for name in ("median", "high", "worst", "gained", "lost"))
-    assert same["spikes"] == exact.accumulated_spikes("hs") + exact.accumulated_spikes("vs") > 0
-    assert (told["worst"], told["gained"], told["lost"]) == (pytest.approx(0.5), 40, 0)
-    assert differences(other, exact)["lost"] == 40
-    assert compare(frames, params)["worst"] < GOLDEN_BOUNDS["bits8"]
-    assert compare(frames, ROBOT["grey-levels"])["worst"] > GOLDEN_BOUNDS["bits8"]

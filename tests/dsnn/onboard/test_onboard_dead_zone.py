@@ -1,7 +1,5 @@
 """Delays too long for the codes of D: where a signal stands still, held against D followed frame by frame."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -323,7 +323,7 @@ REFUSED = {
     "plain": ({"speed": math.nan}, {"motion": "sideways"}, {"width": 400, "enters": False}, {"speeed": 3}),
     "edge": ({"dark_grey": 220},),
     "apparent": ({"width_px": 5}, {"amplitude": 121}),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)

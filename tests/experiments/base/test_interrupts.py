@@ -1,7 +1,5 @@
 """Ctrl-C at any moment: status 130, no traceback, nothing left running, and a folder that can be gone on with."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -126,17 +126,6 @@ def test_a_type_of_a_users_file_reaches_another_process(tmp_path, monkeypatch):
     assert printed == b"7\n"
 
 
-@pytest.mark.parametrize(("answer", "workers"), [("sys.exit(0)", 0), ("exit()", 1)])
-def test_a_model_that_exits_loses_its_own_rows(tmp_path, answer, workers):
-    write(tmp_path, value=0.5)
-    write_model(tmp_path, "own", answer)
-    write_model(tmp_path, "other", "Response(0.25)")
-    out = {"out": tmp_path / "out", "quiet": True, "recordings": False, "workers": workers}
-    finished = experiments.run(tmp_path / "mine.py", models=[str(tmp_path / "other.py")], **out)
-    assert finished.trials["model"].to_list() == ["other"] and finished.failures["model"].to_list() == ["own"]
-    assert "SystemExit" in finished.failures["reason"][0]
-
-
 def test_a_file_that_exits_is_named(tmp_path):
     write(tmp_path, value=0.5)
     write_model(tmp_path, "own", "Response(0.25)", imports="sys.exit(3)")

@@ -14,6 +14,7 @@ from experiments.cli.check import try_laws
 from experiments.cli.main import command
 from experiments.settings.models import ConfiguredModel, choose
 from scenes import ARENAS
+from tests.helpers.arenas import written
 
 
 @pytest.mark.parametrize("law", check.MODELS)
@@ -37,9 +38,8 @@ def test_an_arena_keeps_the_law(name, law):
 
 
 def test_an_arena_that_hides_the_robot_breaks_its_law(tmp_path):
-    lid = '<geom type="box" size="0.002 0.03 0.03" pos="0.03 0 0.03"/>'
-    (tmp_path / "lid.xml").write_text(f'<mujoco><include file="bright.xml"/><worldbody>{lid}</worldbody></mujoco>')
-    assert broken(check.ARENAS, str(tmp_path / "lid.xml")) == {"camera"}
+    lid = written(tmp_path, '<geom type="box" size="0.002 0.03 0.03" pos="0.03 0 0.03"/>')
+    assert broken(check.ARENAS, lid) == {"camera"}
 
 
 def broken(laws, subject):

@@ -1,13 +1,10 @@
 """What an experiment may declare, refused in one line otherwise."""
 
-import dataclasses
-
 import pytest
 
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import Experiment, Translation
-from experiments.settings.apparatus import configure, sections
-from experiments.settings.settings import described
+from experiments.settings.settings import configure, described, sections
 from tests.helpers import user_files
 
 GOOD = {"motion": "translation", "direction": "rightward", "speed_cm_s": 6.0, "distance_cm": 8.0}
@@ -34,13 +31,6 @@ def test_a_condition_no_trial_can_have(changes):
         Condition(**{**GOOD, **changes})
 
 
-def test_whole_numbers_become_what_the_column_holds():
-    condition = Condition("approach", "straight", 6, 5, 20, 0)
-    numbers = [value for value in dataclasses.astuple(condition) if isinstance(value, int | float)]
-    assert len(numbers) == 7 and all(type(value) is float for value in numbers)
-    assert condition == Condition("approach", "straight", 6.0, 5.0, 20.0, 0.0)
-
-
 def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_own(tmp_path):
     path = tmp_path / "kin.py"
     path.write_text(user_files.MODEL.replace('"gradient"', '"dsnn-mine"'))
@@ -48,6 +38,6 @@ def test_a_model_named_like_a_family_with_other_parameters_has_a_section_of_its_
     models = ["dsnn", "dsn2017", str(path)]
     keys = {row["key"] for row in described(sections(experiment, models))}
     assert {"dsnn.n_con", "dsnn-mine.gain"} <= keys and "dsnn.gain" not in keys
-    _, settings = configure(experiment, models, ["dsnn-mine.gain=2", "dsnn.n_con=6"])
+    _, settings = configure(experiment, models, {"dsnn-mine.gain": 2, "dsnn.n_con": "6"})
     assert settings.models[2].network.gain == 2.0
     assert settings.models[0].network.n_con == 6

@@ -102,7 +102,7 @@ SHOWN = [
     for speed in (20.0, 60.0)
     for motion in ("leftward", "upward", "receding")
 ]
-SHOWN += [{"object": "absent", "background_speed": behind} for behind in (-60.0, 30.0)]  # fmt: skip
+SHOWN += [{"object": "absent", "background_speed": behind} for behind in (-60.0, 30.0)]
 PARTS = {
     "peaks": [({"object": "dark", "grey": grey}, "speed", "background_speed") for grey in GREYS],
     "contrast": [({"object": "dark"}, "speed", "grey"), ({"object": "dark"}, "grey", "speed")],

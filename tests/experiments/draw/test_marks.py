@@ -1,7 +1,5 @@
 """Marks in a recording, read back from disk, are the spikes of its table: sign for sign, frame for frame."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Callable
 from pathlib import Path
@@ -36,7 +34,7 @@ Marked = tuple[Path, pl.DataFrame]
 """A recording, and a table with the spikes frame by frame."""
 
 
-def of_run(run: experiments.Run | experiments.Footage) -> Marked:
+def of_run(run: experiments.Run) -> Marked:
     (recording,) = run.recordings
     return recording, run.frames
 

@@ -1,7 +1,5 @@
 """Recordings as Rerun's viewer opens them, without a window: every view is there and painted, without a warning."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from urllib.request import urlopen
 

@@ -116,10 +116,6 @@ def test_a_response_is_steady_and_along_the_motion():
     assert (looming["response"], looming["spikes"]) == (0.25, 2) and looming["contact_s"] == pytest.approx(0.5)
 
 
-def test_a_silent_detector_points_nowhere():
-    assert curves.pointing_error(pl.DataFrame({"direction_deg": TURNS, "hs": 0 * TURNS, "vs": 0 * TURNS})) is None
-
-
 def test_an_ideal_detector_points_along_the_motion_and_a_mirrored_one_against_it():
     for sign, error in ((1.0, 0.0), (-1.0, 180.0)):
         ideal = {"hs": sign * np.cos(np.radians(TURNS)), "vs": sign * np.sin(np.radians(TURNS))}

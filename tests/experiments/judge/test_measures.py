@@ -1,12 +1,8 @@
 """Measures against tables made by hand."""
 
-from types import SimpleNamespace
-
 import pytest
 
-from experiments.base.errors import UsageError
-from experiments.judge import measures
-from experiments.judge.measures import MEASURES, Quantity, measured
+from experiments.judge.measures import MEASURES, measured
 
 POTENTIAL, COUNT, PEAK = (MEASURES[name].of for name in ("peak-speed-potential", "peak-speed-count", "peak-hs"))
 SPEEDS = (2.0, 6.0, 15.0, 30.0)
@@ -82,18 +78,3 @@ def test_the_lowest_peak_is_of_crossings_of_an_object():
            "trough_vs": 0.0}  # fmt: skip
     rows = [{**row, "peak_hs": 0.3}, {**row, "clip": "b", "peak_hs": 0.2}]
     assert PEAK([*rows, {**row, "object": "absent", "peak_hs": 0.01}])["value"] == 0.2
-
-
-def test_a_measure_of_ones_own_is_swept_once_it_stands_in_the_table(monkeypatch):
-    """As CONTRIBUTING says: a function, and an entry with the experiments that give it and its unit."""
-    least = Quantity(
-        lambda rows: {"value": min(row["spikes"] for row in rows)}, lambda shown: len(shown) == 2, "spikes"
-    )
-    monkeypatch.setattr(measures, "MEASURES", {**MEASURES, "least-spikes": least})
-    conditions = {"speed": [(6.0,)], "distance": [(8.0, 16.0)]}
-    model = SimpleNamespace(channels=("hs",))
-    assert measures.chosen(["least-spikes"], conditions, [model]) == [("least-spikes", "distance", {})]
-    assert measures.quantity("least-spikes").unit == "spikes"
-    assert measured("least-spikes", {}, [{"spikes": 3}, {"spikes": 2}]) == {"value": 2}
-    with pytest.raises(UsageError, match="none of speed"):
-        measures.chosen(["least-spikes"], {"speed": [(6.0,)]}, [model])

@@ -122,7 +122,7 @@ def test_clips_that_a_claim_is_about():
              for model in ("emd", "dsnn") for clip, grey in (("absent", 0.0), ("present", 255.0))]  # fmt: skip
 
     def heed(claim_rows, threshold):
-        asked.append((claim_rows.select("model", "clip").rows(), threshold))
+        asked.append(([(row["model"], row["clip"]) for row in claim_rows], threshold))
         return HOLDS
 
     assert judge(claim(on="clips", judge=heed), clip_rows, 0.1).verdict == "holds"

@@ -15,7 +15,7 @@ from experiments.paper.claims.readings import CHOSEN_FOR, DELAYS, READINGS, UNIT
 from experiments.paper.claims.robot import FALLING
 from experiments.paper.clips import CLUTTER_SPEED, PER_FRAME, prefix
 from experiments.paper.reproduce import other_readings
-from experiments.paper.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, outcomes
+from experiments.paper.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, with_constants
 from experiments.paper.studies.clips import SENSITIVITY as ON_CLIPS
 from experiments.paper.studies.robot import SENSITIVITY as ON_ROBOT
 from tests.experiments.judge.test_replicates import planned_rows
@@ -132,7 +132,8 @@ def test_the_claims_about_other_models_are_those_of_the_studies_of_constants():
 
 def test_a_study_of_constants_says_with_how_many_a_claim_holds():
     """The EMD as it should be, and one whose peak does not rise with speed for the darkest and lightest object."""
-    plan = sweep_plan.planned(along("constants-emd", "two choices", ("C26",), "emd", EMDS[:2]))
+    study = along("constants-emd", "two choices", ("C26",), "emd", EMDS[:2])
+    plan = sweep_plan.sweep_of(study, claim_at=with_constants)
     good, flat = speed_responses(), speed_responses(ends=lambda speed: 0.3)
     clips = {clip: number for number, clip in enumerate(dict.fromkeys(row["clip"] for row in good))}
     rows = [row for row in good if row["model"] == "dsnn"]
@@ -141,4 +142,4 @@ def test_a_study_of_constants_says_with_how_many_a_claim_holds():
     rows = [{**row, "trial": clips[row["clip"]], "experiment": "constants-emd"} for row in rows]
     shares = {key: (range(len(clips)), models) for key, (_, models) in plan.shares.items()}
     result = sweep.read(dataclasses.replace(plan, shares=shares), rows)
-    assert [outcome.verdict for outcome in outcomes(result, "C26").values()] == ["holds", "fails"]
+    assert [found.verdict for (found,) in result.outcomes.values()] == ["holds", "fails"]

@@ -8,7 +8,7 @@ import pytest
 from experiments import Check, Outcome
 from experiments.declare.outcome import REASONS
 from experiments.judge.count import Count
-from experiments.judge.stored import VERSION, document, verdicts
+from experiments.judge.stored import document, verdicts
 from experiments.judge.verdict import verdict_of
 from experiments.kinds.registry import find_claim
 
@@ -30,7 +30,7 @@ OUTCOMES = {
 def test_what_is_written_is_read_back(name, random):
     verdict = verdict_of(find_claim("C1", "clips"), OUTCOMES[name], random=random, model="dsnn", experiment="speed")
     content = json.loads(json.dumps(document([verdict, verdict]), allow_nan=False))
-    assert content["version"] == VERSION and len(content["claims"]) == 2
+    assert len(content["claims"]) == 2
     assert content["claims"][0]["word"] == verdict.count.word
     first, second = verdicts(content)
     for again in (first, second):

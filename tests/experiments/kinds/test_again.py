@@ -1,7 +1,5 @@
 """What ``colias run --again`` compares: which differences are rounding, and by what CPU numbers are."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from types import SimpleNamespace

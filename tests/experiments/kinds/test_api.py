@@ -1,7 +1,5 @@
 """`experiments` from Python: its names, equal rows from anywhere, what a run has, comparisons of runs."""
 
-from __future__ import annotations
-
 import ast
 import datetime
 import json
@@ -156,15 +154,12 @@ def test_runs_without_equal_trials_have_no_tests(folder):
 WRONG = {
     "a file that is not there": lambda: experiments.run("no.py"),
     "only": lambda: experiments.run("speed", only=True),
-    "a value": lambda: experiments.run("speed", settings={"dsnn.n_con": -1}),
     "a seed": lambda: experiments.run("speed", seed=-1),
     "a seed that no generator takes": lambda: experiments.run("speed", seed=10**30),
     "repeats": lambda: experiments.run("speed", repeats=0),
     "to load nothing": lambda: experiments.load("no"),
     "to list nothing": lambda: experiments.runs("no"),
     "episodes": lambda: experiments.score("fixation", episodes=0),
-    "an argument of no env": lambda: experiments.score("fixation", nope=3),
-    "bounds of a side": lambda: experiments.Check("x", 1.0, (0.0, 2.0)),
 }
 
 

@@ -5,8 +5,6 @@ import json
 import subprocess
 import sys
 
-import pytest
-
 from experiments.base.files import plain
 from experiments.kinds.kind import planned
 from experiments.kinds.tables import KINDS
@@ -80,9 +78,3 @@ def test_the_plan_of_what_was_stored_gives_equal_trials_in_a_fresh_process(tmp_p
     for kind, one in asked.items():
         here = trials_of(planned(one))
         assert there[kind] == here, kind
-
-
-@pytest.mark.parametrize("field", [{"seed": 7}, {"what": ("distance",)}, {"options": {"eyes": "both"}}])
-def test_what_was_asked_is_read_back_as_it_was(field):
-    asked = Asked(kind="trials", **{"what": ("speed",), **field})
-    assert Asked.read(json.loads(json.dumps(asked.stored()))) == asked

@@ -9,9 +9,9 @@ import pytest
 from dsnn import MODELS
 from experiments.base.errors import UsageError
 from experiments.declare.claim import texts
-from experiments.judge.replicates import MODEL, replicate
-from experiments.judge.sweep import EVERY_MODEL, read
-from experiments.kinds import registry, sweep, sweep_plan
+from experiments.judge.replicates import EVERY_MODEL, MODEL, replicate
+from experiments.judge.sweep import read
+from experiments.kinds import registry, sweep
 from experiments.kinds.registry import shipped_study
 from experiments.paper import reproduce
 from experiments.paper.clips import FASTER as SPEEDS
@@ -29,7 +29,8 @@ from tests.helpers.paper import design
 
 
 def planned(name, seed=0, **changes):
-    return sweep_plan.planned(dataclasses.replace(shipped_study(name), **changes), seed)
+    study = dataclasses.replace(shipped_study(name), **changes)
+    return sweep.plan(Asked(kind="sweep", declared=study, seed=seed)).declared
 
 
 def reproduction(scale, seed=0):
@@ -179,9 +180,8 @@ def test_a_spike_of_the_other_sign_is_one_lost_and_one_gained():
 
 
 def test_a_probe_keeps_the_series_of_the_models_it_names(tmp_path):
-    study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST), replicates=1, repeats=1,
-                                probe=onboard.probe_of(BEST), tables=None)  # fmt: skip
-    plan = sweep.plan(Asked(kind="sweep", declared=study))
+    study = dataclasses.replace(onboard.STUDY, claims=("C14",), models=(MODEL, BEST), replicates=1, repeats=1)
+    plan = sweep.plan_of(study, Asked(kind="sweep"), probe=onboard.probe_of(BEST))
     with Workers(0, quiet=True).running() as pool:
         result = sweep.played(plan, tmp_path / "out", pool)
     rows = [row for every in result.replicates.values() for part in every for row in part.rows]

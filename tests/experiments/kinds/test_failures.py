@@ -86,6 +86,7 @@ def rows_of(record, model):
 RAISES = "self.seen = getattr(self, 'seen', -1) + 1\n        if self.seen == 5: {}"
 BREAKS = {
     "raises": "raise ValueError('odd')",
+    "exits": "exit()",
     "writes into the frame": "frame[0, 0] = 0",
     "returns nothing": "return None",
     "returns no number": "return Response(float('nan'), 0.0, 0, 0)",

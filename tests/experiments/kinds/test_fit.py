@@ -1,7 +1,5 @@
 """Fits: what is planted is found, luck is exposed, a fit resumes; and the box."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -60,7 +58,7 @@ class Planted:
 
 def claim(name, column, bound, side="at least"):
     def judge(clips, threshold):
-        (reading,) = clips[column]
+        reading = clips[0][column]
         return [Check(f"{column} {reading:.3f}", reading, bound, side)]
     return Claim(on="clips", id=name, says=name, judge=judge, models={"planted"})
 

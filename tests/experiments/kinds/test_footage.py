@@ -23,7 +23,6 @@ from experiments.show import video
 from experiments.show.play import Showing
 from experiments.show.video import VideoSource, usual_size
 from tests.dsnn.test_video import ARROW, CASES, written
-from tests.helpers.answering import write_model
 from tests.helpers.footage import FPS, street
 from tests.helpers.footage import film as filmed
 from tests.helpers.recordings import columns
@@ -129,15 +128,6 @@ def test_a_stimulus_is_shown_as_it_is_painted():
     assert "/world/observer/camera/stimulus" in columns(run.recordings[0]), "its outline"
 
 
-def test_a_folder_of_pictures_is_shown_in_the_order_of_its_numbers():
-    Path("pictures").mkdir()
-    images = [np.roll(ARROW, 3 * i, axis=1) for i in range(12)]
-    for number, image in enumerate(images):
-        cv2.imwrite(f"pictures/{number}.png", image)
-    run = watch("pictures", quiet=True, recordings=False)
-    np.testing.assert_array_equal(run.frames["hs"], DSNN(ARROW.shape, DSNNParams.offline()).run(images).hs)
-
-
 def folder_of(images, names, folder="pictures") -> str:
     Path(folder).mkdir()
     for name, image in zip(names, images, strict=True):
@@ -189,9 +179,6 @@ def test_white_is_known_once_a_folder_of_16_bits():
     np.testing.assert_array_equal([sample.image.max() for sample in source], [11, 44, 220, 11])
     with pytest.raises(UsageError, match="fewer bits"):
         VideoSource(folder_of([ARROW.astype(np.uint16) << 4] * 3, "123", "twelve"))
-    for name, says in (("twelve-bits.mkv", "fewer bits"), ("pq.mp4", "PQ.*ffmpeg -i")):
-        with pytest.raises(UsageError, match=says):
-            VideoSource(str(CASES / name))
 
 
 def test_a_second_size_is_noted():
@@ -201,15 +188,6 @@ def test_a_second_size_is_noted():
         assert {sample.image.shape for sample in source} == {(36, 64)}
         (note,) = source.notes(np.zeros(1))
         assert note.startswith("3 frames") and f"{shape[1]}x{shape[0]} at 0.07" in note
-
-
-@pytest.mark.parametrize("alone", [False, True])
-def test_a_model_that_raises_loses_its_own_rows(film, alone):
-    broken = write_model(Path(), "broken", "Response(hs=0.5) if self.frame < 6 else 1 / 0")
-    run = watch(film, models=broken, only=alone, quiet=True, seconds=1.0)
-    assert run.trials["model"].to_list() == ([] if alone else ["dsnn"])
-    assert run.frames.height == (0 if alone else 31)
-    assert "division by zero" in run.failures["reason"][0]
 
 
 def test_no_image_is_kept(film, monkeypatch):
@@ -342,13 +320,6 @@ def test_the_paper_s_stronger_words_hold_at_any_rate():
     """A second of a film of 2 frames/s has 2 frames, all of which can pass."""
     hs, rate = np.full(20, 0.3), 2.0
     assert [stronger(hs, hs, vs, 0.16, rate).verdict for vs in (0 * hs, hs)] == ["holds", "fails"]
-
-
-@pytest.mark.parametrize("rate", [1, 25, 50])
-def test_the_rate_of_a_film_is_its_own(rate):
-    """Models are told by it that their parameters assume another."""
-    source = VideoSource(written(Path(f"{rate}.mkv"), [ARROW] * 5, rate=rate))
-    assert source.fps == source.columns()["fps"] == rate
 
 
 def test_a_recording_without_room_is_a_failure_of_its_own_and_gets_no_name(tmp_path):

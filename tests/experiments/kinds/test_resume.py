@@ -92,6 +92,13 @@ def test_a_finished_run_is_complete_and_a_run_that_is_written_is_left_alone(coli
     assert second.returncode == 2 and "another process is writing" in second.stderr
 
 
+def test_a_folder_that_does_not_say_what_it_is_is_left_as_it_is(colias, out):
+    (out / "run.json").unlink()
+    before = {path: path.read_bytes() for path in out.iterdir()}
+    assert colias(*RUN, "--out", "out").returncode == 2
+    assert {path: path.read_bytes() for path in before} == before
+
+
 def test_what_drew_is_noted_and_refuses_nothing(colias, out):
     """The same run, begun where something else draws other pixels."""
     first = described(out)
@@ -254,12 +261,3 @@ def test_changed_parameters_by_set_and_by_model():
         "camera.read_noise": dict.fromkeys(models, 0.25),
         "experiment.direction": dict.fromkeys(models, "both"),
     }
-
-
-def test_rows_have_columns_for_them(mine, monkeypatch):
-    monkeypatch.chdir(mine.folder)
-    given = {"models": ["dsnn", "dsnn:n_con=6"], "settings": {"dsnn.w_i": 0.5, "dsnn.tau_s": "200,10"}}
-    run = experiments.run("mine.py", **given, workers=0, recordings=False, out="columns", quiet=True)
-    assert run.trials.filter(trial=0).select("model", "dsnn.w_i", "dsnn.n_con", "dsnn.tau_s").rows() == [
-        ("tiny", None, None, None), ("dsnn", 0.5, 8, "200,10"), ("dsnn:n_con=6", 0.5, 6, "200,10"),
-    ]  # fmt: skip

@@ -1,7 +1,5 @@
 """The page of colias live, visited in Chromium, and what a hostile client can do to it."""
 
-from __future__ import annotations
-
 import importlib.util
 import threading
 import time
@@ -12,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from experiments.cli.main import command
 from experiments.live.session import Session
 from experiments.show.robot import forget_simulations
+from tests.helpers.arenas import written
 from tests.helpers.browser import CHROMIUM, PATIENCE_S, SOFTWARE_GL, Tab, browser
 
 needs_viser = pytest.mark.skipif(
@@ -131,9 +129,6 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         frame = session.number
         tab.press("n")
         until(lambda: session.number == frame + 1)
-    (folder,) = tmp_path.glob("runs/live-*")
-    again = tmp_path / "again"
-    assert command(["run", "--again", str(folder), "--out", str(again), "--workers", "0", "-q"]) == 0
 
 
 def obstacles(page: Any) -> list[str]:
@@ -144,27 +139,15 @@ def obstacles(page: Any) -> list[str]:
 @needs_viser
 @pytest.mark.filterwarnings("default")
 def test_obstacles_of_every_kind_are_drawn(tmp_path: Path):
-    arena = tmp_path / "kinds.xml"
-    sizes = {
-        "box": ".01 .02 .03",
-        "cylinder": ".01 .04",
-        "sphere": ".02",
-        "capsule": ".01 .03",
-        "ellipsoid": ".02 .01 .03",
-    }
-    geoms = "".join(
-        f'<geom type="{kind}" size="{size}" pos="0.2 {0.06 * place - 0.12:.2f} 0.05"/>'
-        for place, (kind, size) in enumerate(sizes.items())
-    )
-    arena.write_text(
-        '<mujoco model="kinds"><include file="bright.xml"/><asset><mesh name="wedge"'
-        ' vertex="0 0 0 .03 0 0 0 .03 0 0 0 .05"/></asset><worldbody>'
-        f'{geoms}<geom type="mesh" mesh="wedge" pos="0.25 0.1 0"/></worldbody></mujoco>'
-    )
-    with serving(PORT + 7, lambda: Session(["dsnn"], [f"scene.arena={arena}"])) as page:
+    kinds = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
+    geoms = "".join(f'<geom type="{kind}" size=".02 .01 .03" pos="0.2 {0.06 * place - 0.12:.2f} 0.05"/>'
+                    for place, kind in enumerate(kinds))  # fmt: skip
+    mesh = '<asset><mesh name="wedge" vertex="0 0 0 .03 0 0 0 .03 0 0 0 .05"/></asset>'
+    arena = written(tmp_path, f'{geoms}<geom type="mesh" mesh="wedge" pos="0.25 0.1 0"/>', mesh)
+    with serving(PORT + 7, lambda: Session(["dsnn"], {"scene.arena": str(arena)})) as page:
         until(lambda: page.session.number > 2)
         drawn = obstacles(page)
-        assert len(drawn) == len(sizes) + 1 + 2, "the obstacles, the floor and the wall"
+        assert len(drawn) == len(kinds) + 1 + 2, "the obstacles, the floor and the wall"
         page.enqueue(lambda: page.session.set("scene.light", "0.5"))
         until(lambda: page.session.settings.get("scene.light") == "0.5" and page.session.number > 2)
         assert obstacles(page) == drawn

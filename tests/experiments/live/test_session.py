@@ -1,7 +1,5 @@
 """Driving by hand behind the page: what is seen, what is recorded, what is refused."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import polars as pl
@@ -13,11 +11,10 @@ from experiments.cli.main import command
 from experiments.declare.conditions import Hand
 from experiments.declare.experiment import visit
 from experiments.live.session import START, Session
-from tests.experiments.show.test_surroundings import pillar, written
+from tests.helpers.arenas import pillar, written
 
 T = 0.2
 """The robot's spiking threshold of the DSNN."""
-FRAMES = 60
 
 
 def hs(session: Session, frames: int, channel: str = "hs") -> list[float]:
@@ -41,7 +38,7 @@ def test_rightward_passes_t_and_leftward_minus_t():
 
 def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path: Path):
     arena = written(tmp_path, pillar(0.18, 0.0))
-    session = Session(["dsnn", "emd"], ["scene.light=0.8", f"scene.arena={arena}"], seed=3)
+    session = Session(["dsnn", "emd"], {"scene.light": "0.8", "scene.arena": str(arena)}, seed=3)
     session.drive("stimulus", 1.0)
     seen = hs(session, 40)
     session.change("dsnn", "w_i", "0.3")

@@ -130,7 +130,6 @@ def test_one_clip_refutes_a_claim_about_every_clip_whichever_others_are_missing(
 # One thing broken.
 
 VALLEY, RISING = enough("C10"), greys(lambda g, s: (abs(g - 128) + 10) * s / 1e5)
-STEADY, WAVERING = (grid("dsnn", lambda s, b: s / 400 - b / 1000), grid("dsn2017", lambda s, b: s / 400 - b / 20))
 FAILING = {
     "C1, leftward too weak": ("C1", changed(enough("C1"), {"trough_hs": -0.15}, motion="leftward")),
     "C1, the wrong way": ("C1", changed(enough("C1"), {"trough_vs": 0.2, "peak_vs": 0.3}, motion="upward")),
@@ -197,7 +196,7 @@ def test_what_lies_inside_its_bound_however_closely_satisfies(claim):
 
 # Models whose constants are not known.
 
-FLAT = grid("dsn2017", lambda s, b: 1.0)
+STEADY, FLAT = grid("dsnn", lambda s, b: s / 400 - b / 1000), grid("dsn2017", lambda s, b: 1.0)
 OF_OTHERS = {
     "C5, the other too is silent": ("C5", changed(enough("C5"), {"trough_vs": -0.15}, model="dsn2017")),
     "C6, the other too is silent": ("C6", changed(enough("C6"), {"peak_vs": 0.15}, model="dsn2017")),
@@ -285,7 +284,7 @@ def test_a_rival_on_equal_terms_is_judged_beside_and_whatever_is_known_of_it(cla
 
 
 def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn_does():
-    models, _ = watchers(("dsnn", *MATCHED.values()), ())
+    models = watchers(("dsnn", *MATCHED.values()))
     dsnn, *rivals = (
         float(series.hs.max()) for _, series in show(ClipTrial("x", 0, 0, 0, CLIP, tuple(models)))[0].series()
     )
@@ -294,9 +293,9 @@ def test_each_rival_with_its_gain_matched_answers_the_named_crossing_as_the_dsnn
 
 def test_the_mean_per_correlator_counts_each_sum_by_how_many_it_is_of():
     """N_con = 8 is left as it is; a sum over n correlators counts 8 / n times ahead of the sigmoid."""
-    assert [model.network.n_con for model in watchers([*CONNECTIONS.values()], ())[0]] == [*CONNECTIONS]
+    assert [model.network.n_con for model in watchers([*CONNECTIONS.values()])] == [*CONNECTIONS]
     for n in (1, 2):
-        (plain, equal), _ = watchers((CONNECTIONS[n], CLAIMS["C24"].equal_terms[CONNECTIONS[n]]), ())
+        plain, equal = watchers((CONNECTIONS[n], CLAIMS["C24"].equal_terms[CONNECTIONS[n]]))
         assert equal.network.n_con == n
         assert plain.network.k_sig / equal.network.k_sig == pytest.approx(8 / n)
 

@@ -3,8 +3,6 @@
 Each check holds for a camera as it is set, and fails for one with the constant 10 % off.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from functools import cache
@@ -12,30 +10,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, Pose, SceneConfig, Simulation
-from colias_sim.calibrate import (
-    control_zone,
-    exposure_loop,
-    fixed_pattern,
-    noise_levels,
-    photon_transfer,
-    row_time_us,
-    unsteadiness,
-)
-from colias_sim.scene import timestep
+from colias_sim import CameraConfig, Pose, Simulation
+from colias_sim.calibrate import control_zone, exposure_loop, noise_levels, photon_transfer, row_time_us, unsteadiness
 from experiments.cli import main
 from experiments.robot.calibrate import leaning
 from experiments.store.recordings import write_pictures
+from tests.colias_sim.views import AWAY, LENS, PLAIN, ROLLING, STILL, crossing
 
-LENS = CameraConfig().forward_cm / 100
-AWAY = Pose(-0.3, 0.0, 0.0)
-PLAIN = SceneConfig(arena="plain", light_sd=0, turn_wall=False)
-GREYS = SceneConfig(light_sd=0, turn_wall=False)
-QUIET = CameraConfig(shot_noise=0.0, read_noise=0.0)
 NOISY = CameraConfig(shot_noise=4.0, read_noise=2.0, gain=1.5)
-ROLLING = dataclasses.replace(
-    QUIET, fps=5.0, row_time_us=1e6 * timestep(5.0), row_bands=72, exposure_ms=0.0, supersample=4
-)
 LOOP = CameraConfig(auto_exposure=True, ae_start="cold")
 TOLERANCE = {"ae_step": 0.02, "ae_steps": 0.0, "ae_target": 0.01, "ae_zone": 0.05}
 """Relative. An end of the zone lies in an interval of about a step over the number of settlings: half a grey level."""
@@ -43,29 +25,24 @@ TOLERANCE = {"ae_step": 0.02, "ae_steps": 0.0, "ae_target": 0.01, "ae_zone": 0.0
 
 def still(camera: CameraConfig, count: int, light: float = 1.0) -> np.ndarray:
     """Frames of a scene at rest, (T, R, C)."""
-    with Simulation(camera=camera, scene=GREYS) as sim:
+    with Simulation(camera=camera, scene=STILL) as sim:
         rng = np.random.default_rng(3)
         sim.reset({"stimulus": AWAY}, np.random.default_rng(0), light=light)
         return np.stack([sim.step(rng).luma for _ in range(count)])
 
 
 @cache
-def crossing(camera: CameraConfig) -> np.ndarray:
+def crossed(camera: CameraConfig) -> np.ndarray:
     """The empty scene, then a robot that crosses the view at 8 cm/s."""
     with Simulation(camera=camera, scene=PLAIN) as sim:
-        rng = np.random.default_rng(0)
-        sim.reset({"stimulus": AWAY}, rng)
-        frames = [sim.step(rng).luma]
-        sim.reset({"stimulus": Pose(LENS + 0.08, 0.032, -math.pi / 2)}, rng)
-        robot = sim.robots["stimulus"]
-        robot.drive(robot.wheels_for(0.08, 0.0))
-        return np.stack([*frames, *(sim.step(rng).luma for _ in range(4))])
+        start = Pose(LENS + 0.08, 0.032, -math.pi / 2)
+        return np.stack([frame.luma for frame in (*crossing(sim, AWAY, 0.0, 1), *crossing(sim, start, 0.08, 4))])
 
 
 def test_the_row_time_comes_back():
     for factor in (1.0, 1.1):
         camera = dataclasses.replace(ROLLING, row_time_us=factor * ROLLING.row_time_us)
-        leans, speeds = zip(*leaning(crossing(camera), camera.fps), strict=True)
+        leans, speeds = zip(*leaning(crossed(camera), camera.fps), strict=True)
         measured = row_time_us(leans, speeds)
         assert (measured == pytest.approx(ROLLING.row_time_us, rel=0.05)) is (factor == 1.0)
 
@@ -168,7 +145,7 @@ def test_neither_lamps_nor_bad_pixels_are_taken_for_noise(scene):
 
 def test_a_pixel_that_blinks_hides_no_edge():
     """Of a grey object, whose contrast is less than the pixel's."""
-    frames = (80 + 0.3 * crossing(ROLLING)).astype(np.uint8)
+    frames = (80 + 0.3 * crossed(ROLLING)).astype(np.uint8)
     frames[:, 20, 50] = [255, 0, 255, 0, 255]
     assert row_time_us(*zip(*leaning(frames, ROLLING.fps), strict=True)) == pytest.approx(ROLLING.row_time_us, rel=0.05)
 
@@ -179,15 +156,6 @@ def test_the_command_names_what_is_doubtful_and_gives_no_uncertain_setting(tmp_p
         write_pictures(tmp_path / f"loop{number}", settlings(LOOP)[number], ".pgm")
     settings, notes = camera(tmp_path, capsys)
     assert set(settings) == {"gain", "shot_noise", "read_noise"} and len(notes) == 2
-
-
-def test_a_fixed_pattern_is_told_from_temporal_noise_and_shading():
-    rng = np.random.default_rng(5)
-    y, x = np.indices((40, 60))
-    lit = 120 + 0.2 * x - 0.1 * y + 0.002 * x * x
-    for strength in (0.0, 1.5):
-        frames = lit + rng.normal(0, strength, lit.shape) + rng.normal(0, 2.0, (100, *lit.shape))
-        assert fixed_pattern(np.rint(frames).astype(np.uint8)) == pytest.approx(strength, rel=0.05, abs=0.1)
 
 
 def camera(folder, capsys, *options: str) -> tuple[dict[str, str], list[str]]:
@@ -202,7 +170,7 @@ def camera(folder, capsys, *options: str) -> tuple[dict[str, str], list[str]]:
 def test_the_command_prints_settings_to_paste(tmp_path, capsys):
     """What it prints, given to ``--set``, is the camera that took the frames."""
     write_pictures(tmp_path / "still-dim", still(NOISY, 60, 0.3), ".png")
-    write_pictures(tmp_path / "edge", crossing(ROLLING), ".png")
+    write_pictures(tmp_path / "edge", crossed(ROLLING), ".png")
     for number, frames in enumerate(settlings(LOOP)):
         write_pictures(tmp_path / f"loop-{number:02d}", frames, ".pgm")
     settings, notes = camera(tmp_path, capsys, "--fps", "5", "--gain", "1.5")

@@ -1,7 +1,5 @@
 """The network on the robot's chip: exported, built, emulated and compared; skipped where a tool is missing."""
 
-from __future__ import annotations
-
 import dataclasses
 import subprocess
 from contextlib import closing
@@ -10,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.cli import main
 from experiments.robot import export, firmware, qemu
 from tests.helpers.firmware import needs_tools
 
-SMALL = ("chip.columns=33", "chip.rows=24")
+SMALL = {"chip.columns": "33", "chip.rows": "24"}
 GOLDEN = Path(__file__).parents[2] / "golden"
 
 pytestmark = needs_tools
@@ -49,7 +46,7 @@ def test_the_chip_responds_to_golden_clips_as_the_host_does_at_full_size():
     """Tables of 8-bit delay states come from flash into RAM: a start that copied nothing would respond 0."""
     clips = [(path.stem, np.load(path)["frames"][:60]) for path in sorted(GOLDEN.glob("right_*.npz"))]
     clips = [(name, frames) for name, frames in clips if frames.shape[1:] == (72, 99)]
-    program = firmware.program(())
+    program = firmware.program()
     with firmware.emulated(program) as (running, sizes):
         table = firmware.compare(program, running, [(name, frames.astype(np.uint8)) for name, frames in clips])
     assert sizes[".tables"] == 2 * 256 + 8 * 256  # the codes' values, and their decays of eight spacings
@@ -58,7 +55,7 @@ def test_the_chip_responds_to_golden_clips_as_the_host_does_at_full_size():
 
 def test_a_wrong_response_of_the_chip_is_found():
     """The control: a network with another weight is not equal."""
-    with firmware.emulated(firmware.program([*SMALL, "dsnn-onboard.w_i=0.8"])) as (running, _):
+    with firmware.emulated(firmware.program(SMALL | {"dsnn-onboard.w_i": "0.8"})) as (running, _):
         table = firmware.compare(firmware.program(SMALL), running, list(firmware.clips((24, 33), 20).items()))
     first = firmware.differing(table).row(0, named=True)
     assert any(first[name] != first[f"{name}_host"] for name in firmware.CHANNELS)
@@ -67,7 +64,7 @@ def test_a_wrong_response_of_the_chip_is_found():
 def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_known():
     """Sizes and counts of instructions: none depends on the machine's load. The default has 2,808 B left, as ever."""
     assert firmware.measure(firmware.program(SMALL)) == firmware.measure(firmware.program(SMALL))
-    row = firmware.measure(firmware.program(()), 2)
+    row = firmware.measure(firmware.program(), 2)
     assert row["left"] - firmware.ChipSettings().robot_ram == 2808 and row["memory"] == "fits"
     assert (row["states"], row["ring"]) == (195_464, 3 * 2 * 99 * 72)
 
@@ -89,10 +86,3 @@ def test_a_budget_says_which_memory_is_too_small_and_by_how_much():
         assert (again["over"], again["memory"]) == (more, memory)
     tight = dataclasses.replace(settings, stack=row["stack_used"] + 943, flash=4096)
     assert firmware.measure((network, tight), 1)["memory"] == "lacks flash, stack"
-
-
-def test_the_commands(capsys):
-    sets = [word for text in SMALL for word in ("--set", text)]
-    assert main.command(["firmware", "budget", *sets]) == 0
-    assert main.command(["firmware", "check", *sets]) == 0
-    assert "equal: 1,144 frames" in capsys.readouterr().out

@@ -1,7 +1,5 @@
 """A robot's log as a run: a run's own log comes back equal, and what is wrong in a log is named by its line."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path
@@ -13,7 +11,8 @@ import pytest
 import experiments
 from experiments.base.errors import UsageError
 from experiments.cli import main
-from experiments.robot.logs import POSES, UNKNOWN, pictures_in, rate_and_steps, read
+from experiments.robot.log_trial import UNKNOWN, pictures_in, rate_and_steps
+from experiments.robot.logs import POSES, read
 from tests.helpers.recordings import columns
 
 CASES = Path(__file__).parents[2] / "data" / "cases"

@@ -10,16 +10,17 @@ from colias_sim import RobotConfig, SceneConfig
 from colias_sim.envs.options import EnvOptions
 from experiments import Condition, Experiment
 from experiments.base.errors import UsageError
-from experiments.base.values import assignments
+from experiments.base.files import to_json
+from experiments.base.values import by_key, key_values
 from experiments.kinds import registry
 from experiments.kinds.tables import NAMES
-from experiments.settings.apparatus import configure, sections
-from experiments.settings.settings import described
+from experiments.settings.settings import configure, described, sections
+from experiments.store.asked import ASKED
 from tests.helpers.plans import planned
 
 
 def configured(*assignments):
-    return configure(registry.load("speed"), ["dsnn"], assignments)
+    return configure(registry.load("speed"), ["dsnn"], key_values(assignments))
 
 
 def test_every_section_is_reached():
@@ -82,10 +83,10 @@ def test_every_experiment_is_a_whole_declaration(name):
 
 def test_models_have_sections_of_their_own_and_families_share_one():
     three = ["dsnn", "dsnn-reference", "dsn2017"]
-    _, settings = configure(registry.load("speed"), three, ["dsnn.n_con=6", "dsn2017.n_con=4"])
+    _, settings = configure(registry.load("speed"), three, {"dsnn.n_con": 6, "dsn2017.n_con": "4"})
     assert [m.network.n_con for m in settings.models] == [6, 6, 4]
     assert [m.network.fdsr for m in settings.models] == [True, True, False]
-    _, settings = configure(registry.load("speed"), ["dsnn", "dsnn"], [])
+    _, settings = configure(registry.load("speed"), ["dsnn", "dsnn"], {})
     assert [m.label for m in settings.models] == ["dsnn"], "the same under the same settings: shown once"
 
 
@@ -124,23 +125,33 @@ OWN = Experiment("own", "own", Design(), "speed_cm_s", repeats=1)
         ),
         ({"experiment.note": b"Bytes", "experiment.turned": False}, {"note": "Bytes", "turned": False}),
         ({"experiment.pose_sd_mm": np.float64(0.1)}, {"pose_sd_mm": 0.1}),
+        ({"experiment": {"names": ["a,b", "c"], "note": None}}, {"names": ("a,b", "c"), "note": None}),
+        ({"experiment.sizes": np.int64(3)}, {"sizes": (3.0,)}),
     ],
 )
 def test_values_of_python_arrive_as_they_are(settings, changes):
-    whole, _ = configure(OWN, ["dsnn"], assignments(settings))
+    whole, _ = configure(OWN, ["dsnn"], by_key(settings))
     assert whole.design == dataclasses.replace(Design(), **changes)
 
 
-@pytest.mark.parametrize("value", [["a,b", "c"], [[1, 2], [3, 4]], {"a": 1}, None])
-def test_values_that_no_text_has_are_refused(value):
-    with pytest.raises(UsageError):
-        configure(OWN, ["dsnn"], assignments({"experiment.names": value}))
+@pytest.mark.parametrize("value", [[[1, 2], [3, 4]], {"a": 1}, None])
+def test_values_of_another_type_are_refused_by_their_key(value):
+    with pytest.raises(UsageError, match=r"experiment\.names"):
+        configure(OWN, ["dsnn"], by_key({"experiment.names": value}))
+
+
+def test_a_call_and_a_command_have_one_document():
+    given = {"dsnn": {"n_con": np.int64(6), "tau_s": (200.0, 10.0)}, "camera.read_noise": 0, "dsnn.fdsr": False}
+    typed = ("dsnn.n_con=6", "dsnn.tau_s=200,10", "camera.read_noise=0", "dsnn.fdsr=false")
+    called, commanded = (to_json({**planned("speed", settings=settings).document(), ASKED: None})
+                         for settings in (given, typed))  # fmt: skip
+    assert called == commanded
 
 
 def test_texts_of_a_design_are_listed_as_they_are_set():
     listed = {row["key"]: row["value"] for row in described({"experiment": Design()})}
     assert listed["experiment.names"] == "North wall,b" and listed["experiment.sizes"] == "0.123456789,1e+06"
-    whole, _ = configure(OWN, ["dsnn"], [f"{key}={value}" for key, value in listed.items()])
+    whole, _ = configure(OWN, ["dsnn"], listed)
     assert whole.design == Design()
 
 
@@ -158,7 +169,7 @@ def test_settings_of_a_declaration_are_read_in_every_plan():
     speeds = Experiment("own", "own", registry.load("speed").design, "speed_cm_s",
                         settings={"experiment.speeds_cm_s": (speed for speed in (20, 30))})  # fmt: skip
     for _ in range(2):
-        assert configure(speeds, ["dsnn"], [])[0].design.speeds_cm_s == (20.0, 30.0)
+        assert configure(speeds, ["dsnn"], {})[0].design.speeds_cm_s == (20.0, 30.0)
 
 
 def test_paths_are_places_of_pictures_and_arenas(tmp_path):

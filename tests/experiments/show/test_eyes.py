@@ -62,16 +62,3 @@ def test_the_eyes_have_size_clock_field_and_place_in_common():
     both = Played(planned(*place, eyes="both")[0]).media.images["ov7670"]
     (single,) = alone("camera.preset=ov7670", *place).media.images.values()
     assert np.array_equal(both, single)
-
-
-def test_the_eyes_have_size_and_clock_in_common():
-    result = Played(planned("camera.width=50", "camera.fps=25", eyes="both")[0], maps=True)
-    assert {frames.shape[1:] for frames in result.media.images.values()} == {(72, 50)}
-
-
-def test_the_eyes_have_field_and_place_in_common():
-    """A setting that says where the camera is, and how far it sees, is one of the robot: each eye has it."""
-    place = ("camera.hfov_deg=60", "camera.forward_cm=1", "camera.up_cm=1")
-    both = Played(planned(*place, eyes="both")[0]).media.images["ov7670"]
-    (single,) = alone("camera.preset=ov7670", *place).media.images.values()
-    assert np.array_equal(both, single)

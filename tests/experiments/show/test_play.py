@@ -50,7 +50,7 @@ def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(c
         frames = play(RobotTrial("test", 0, 0, 7, condition, settings)).frames
         return {model.label: frames.filter(model=model.label) for model in models}
 
-    models, _ = watchers(SHOWN, ())
+    models = watchers(SHOWN)
     together = responses(shown, *models)
     assert (len(steps), len(follows)) == (networks * together["dsnn"].height, followers)
     for model in models[1:]:
@@ -58,7 +58,7 @@ def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(c
 
 
 def trial():
-    settings = Settings(watchers(("emd",), ())[0], RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
+    settings = Settings(watchers(("emd",)), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
     return play(RobotTrial("test", 0, 0, 7, by_hand(replace(STEADY, frames=2)), settings))
 
 
@@ -69,7 +69,7 @@ def episode():
 
 
 def costs():
-    return leaderboard.time_models(watchers(("emd",), ())[0], (24, 32))
+    return leaderboard.time_models(watchers(("emd",)), (24, 32))
 
 
 @pytest.mark.parametrize("work", [trial, episode, costs])

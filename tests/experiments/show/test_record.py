@@ -1,7 +1,5 @@
 """What a recording has, read back from disk; and the functions that Rerun keeps to itself, which this sees move."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import tempfile
@@ -17,20 +15,8 @@ from dsnn import MODELS, Response, ResponseSeries
 from experiments.base.palette import colours
 from experiments.draw.video import model_part
 from experiments.draw.viewer import program
-from experiments.show.record import (
-    OFF,
-    ON,
-    STILL,
-    Content,
-    Frames,
-    RecordedModel,
-    is_whole,
-    layout_chunks,
-    model_entity,
-    outlines,
-    rgb,
-    write,
-)
+from experiments.show import record
+from experiments.show.record import OFF, ON, STILL
 from experiments.show.recording import map_colours
 from scenes import WALL_HEIGHT_CM
 from tests.helpers.recordings import columns
@@ -39,21 +25,21 @@ COUNT = 5
 COUNTS = np.array([0, 2, 0, -1, 0])
 BOTH = (("hs", 0.16), ("vs", 0.16))
 SERIES = ResponseSeries.from_responses([Response(0.1, -0.2, int(n), int(-n), None, 0.6, 1, 0.5) for n in COUNTS])
-CONTENT = Content(
+CONTENT = record.Content(
     tuple(
-        RecordedModel(label, ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7)))
+        record.RecordedModel(label, ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7)))
         for label in (*MODELS, "a/b@c")
     ),
     eyes=("",),
 )
 
 
-def written(path: Path, content: Content = CONTENT) -> Path:
+def written(path: Path, content: record.Content = CONTENT) -> Path:
     images = np.arange(COUNT * 12, dtype=np.uint8).reshape(COUNT, 3, 4)
-    frames = Frames(
+    frames = record.Frames(
         np.arange(COUNT) / 30, np.arange(COUNT), {model.label: SERIES for model in content.models}, {"": images}
     )
-    path.write_bytes(write(content, frames, "looks"))
+    path.write_bytes(record.write(content, frames, "looks"))
     return path
 
 
@@ -66,7 +52,7 @@ def colour(looks: dict[str, list[Any]]) -> tuple[int, ...]:
 def test_what_is_written_is_read_back(tmp_path):
     held = columns(written(tmp_path / "a.rrd"), static=False)
     for model in CONTENT.models:
-        root = f"/{model_entity(model.label)}"
+        root = f"/{record.model_entity(model.label)}"
         for channel, value in (("hs", 0.1), ("vs", -0.2), ("looming", 0.6), ("azimuth", 0.5)):
             np.testing.assert_array_equal(np.ravel(held[f"{root}/{channel}"]["scalars"]), [value] * COUNT)
         for channel, counts in (("hs", COUNTS), ("vs", -COUNTS), ("looming", [1] * COUNT)):
@@ -80,15 +66,15 @@ def test_what_is_written_is_read_back(tmp_path):
 def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_alike(tmp_path):
     held = columns(written(tmp_path / "a.rrd"), static=True)
     for label, tint in colours(model.label for model in CONTENT.models).items():
-        root = f"/{model_entity(label)}"
-        assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == rgb(tint)
+        root = f"/{record.model_entity(label)}"
+        assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == record.rgb(tint)
         assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
 
 
 def test_a_robot_and_an_obstacle_have_their_sizes_in_cm(tmp_path):
     shell = SceneConfig(shell_width_cm=6.0, shell_height_cm=4.5)
-    block = outlines([Obstacle("block", np.array([[0.1, 0.0], [0.2, 0.0], [0.2, 0.1]]), 0.04)])
-    content = Content(CONTENT.models[:1], scene=shell, robots=(("stimulus", "colias_black"),), obstacles=block)
+    block = record.outlines([Obstacle("block", np.array([[0.1, 0.0], [0.2, 0.0], [0.2, 0.1]]), 0.04)])
+    content = record.Content(CONTENT.models[:1], scene=shell, robots=(("stimulus", "colias_black"),), obstacles=block)
     held = columns(written(tmp_path / "a.rrd", content), static=True)
     robot, edges = held["/world/stimulus"], np.array(held["/world/arena/obstacles"]["strips"][0])
     np.testing.assert_allclose([robot["radii"], robot["lengths"]], [[[3.0]], [[4.5]]], rtol=1e-6)
@@ -109,16 +95,16 @@ def test_a_layer_is_warm_where_it_became_brighter_and_cool_where_darker(layer, g
 
 def test_a_recording_is_made_without_room_for_temporary_files(monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", "/dev/full")
-    layout_chunks.cache_clear()
-    assert write(CONTENT, Frames(np.zeros(0), np.zeros(0, np.int64)), "looks")
+    record.layout_chunks.cache_clear()
+    assert record.write(CONTENT, record.Frames(np.zeros(0), np.zeros(0, np.int64)), "looks")
 
 
 def test_a_recording_that_was_cut_is_not_whole(tmp_path):
     path = written(tmp_path / "a.rrd")
-    assert is_whole(path)
+    assert record.is_whole(path)
     for size in (path.stat().st_size - 1, 1000, 5, 0):
         path.write_bytes(path.read_bytes()[:size])
-        assert not is_whole(path)
+        assert not record.is_whole(path)
 
 
 def test_a_saved_layout_is_opened_with(tmp_path):

@@ -45,7 +45,7 @@ def test_a_clip_that_names_its_background_and_one_without_any_keep_theirs():
 
 
 def test_a_study_s_replicates_have_the_scenes_and_seeds_of_a_run_s():
-    study_plan = sweep_plan.planned(
+    study_plan = sweep_plan.sweep_of(
         Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=6), 3
     )
     ran = planned(DEPTH, repeats=6, seed=3)
@@ -58,7 +58,7 @@ def test_a_run_s_description_has_the_scene_of_each_replicate():
     assert planned(DEPTH, repeats=3).resolved["backgrounds"] == ["photograph", "dead-leaves", "pink"]
     assert "backgrounds" not in planned("clean").resolved
     study = Study("s", "", claims=("C5",), experiments=("clutter-depth",), repeats=None, replicates=2)
-    assert sweep_plan.planned(study).resolved["backgrounds"] == ["photograph", "dead-leaves"]
+    assert sweep_plan.sweep_of(study).resolved["backgrounds"] == ["photograph", "dead-leaves"]
 
 
 def test_rows_say_what_is_behind_the_object(tmp_path):

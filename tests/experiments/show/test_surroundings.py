@@ -11,18 +11,9 @@ from experiments.base.errors import UsageError
 from experiments.draw.video import Reel
 from experiments.show.course import nominal
 from tests.helpers import plans
+from tests.helpers.arenas import pillar, written
 from tests.helpers.played import Played
 from tests.helpers.recordings import columns
-
-
-def written(folder, body, name="own.xml"):
-    path = folder / name
-    path.write_text(f'<mujoco><include file="bright.xml"/><worldbody>{body}</worldbody></mujoco>')
-    return str(path)
-
-
-def pillar(x, y, radius=0.01, half=0.04):
-    return f'<geom name="pillar" type="cylinder" size="{radius} {half}" pos="{x} {y} {half}"/>'
 
 
 def planned(arena, *settings):

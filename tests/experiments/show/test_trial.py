@@ -241,27 +241,6 @@ def test_recordings_leave_no_threads_behind():
     assert threads[-1] <= threads[2]
 
 
-def test_another_seed_is_another_trial():
-    assert not Played(spec(seed=1)).equals(Played(spec(seed=2)))
-
-
-@pytest.mark.parametrize("direction", ["rightward", "leftward"])
-@pytest.mark.parametrize(("speed", "distance"), [(30.0, 8.0), (30.0, 15.0), (10.0, 5.0)])
-def test_achieved_speed_and_path_of_a_crossing(direction, speed, distance):
-    result = Played(spec(speed, distance, direction))
-    assert result.achieved_speed_cm_s == pytest.approx(speed, rel=0.02)
-    assert result.path_error_mm < 1.0
-    assert result.closest_cm == pytest.approx(distance, abs=1.2), "the errors of the start pose, carried along"
-
-
-def test_spikes_of_a_looming_detector_are_its_looming_spikes():
-    (answer,) = Played(spec(models=(choose("lgmd1"),))).answers
-    assert answer.spikes == answer.series.looming_spikes.sum() > 0
-    assert not answer.series.hs_spikes.any()
-    assert answer.thresholds == {"looming": 0.78}
-    assert (answer.hs_spikes, answer.vs_spikes, answer.looming_spikes) == (None, None, answer.spikes)
-
-
 def test_it_stands_still_before_and_after():
     """Three tenths of a second each; in between it starts and stops no harder than told."""
     columns = depth_trial("approach", 0.0).columns
