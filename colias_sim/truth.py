@@ -33,6 +33,8 @@ TREMBLE = 1e-7
 SURFACE_M, SURFACE_SHARE = 2e-4, 1e-3
 """How far a point may be behind and before the surface at the pixels around it, in metres and as a share of its
 distance; otherwise a ray of its own says whether it was visible."""
+ASIDE_PX = 1e-5
+"""How far rays are off the pixels' centres, right and down: one along a seam of two surfaces would meet neither."""
 ROUNDING = 1e-6
 """Share of its distance by which a ray may end before the point that it aims at."""
 
@@ -215,7 +217,7 @@ class Rays:
         self._step_ms = 1000.0 / (config.fps * self._steps)
         self.shape = rows, columns = config.height, config.width
         # Arrays have an axis of coordinates first, and one of all pixels: a pixel's place is its column and row.
-        self._places = np.indices(self.shape).reshape(2, -1)[::-1].astype(np.float64)
+        self._places = np.indices(self.shape).reshape(2, -1)[::-1] + ASIDE_PX
         self._middle = np.array([[columns - 1], [rows - 1]]) / 2
         across, down = (self._places - self._middle) / self._focal
         directions = np.stack([across, -down, -np.ones_like(down)])  # MuJoCo's cameras look along -z, y is up
