@@ -169,6 +169,8 @@ MEASURES: Mapping[str, Quantity] = {
     SPIKES: Quantity(partial(mean_of, column="spikes", within=(0.0,)), _with_robot),
     "true-r": Quantity(partial(mean_of, column="true_hs_flow_r", within=(-1.0, 1.0)), _with_robot),
     "true-view-r": Quantity(partial(mean_of, column="true_hs_view_r", within=(-1.0, 1.0)), _with_robot),
+    "true-vs-r": Quantity(partial(mean_of, column="true_vs_flow_r", within=(-1.0, 1.0)), _with_robot),
+    "true-vs-view-r": Quantity(partial(mean_of, column="true_vs_view_r", within=(-1.0, 1.0)), _with_robot),
     "true-sign": Quantity(partial(mean_of, column="true_sign", within=(0.0, 1.0)), _with_robot),
     "true-gain": Quantity(partial(mean_of, column="true_gain"), _with_robot, "1/px"),
     "true-gain-slope": Quantity(gain_slope, _with_robot, "1/px per cm/s"),

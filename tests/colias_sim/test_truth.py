@@ -239,6 +239,8 @@ def test_robots_are_those_of_a_render_in_flat_colours():
     owner, inside = np.array([*truth.robots, ""])[truth.robot], off_outlines(truth.robot)
     assert np.mean((owner == drawn_owner)[inside]) >= 0.995
     assert {"near", "bare", "post"} == set(np.unique(owner[inside])) - {""}
+    share, both = np.isin(owner, ["near", "bare"]).mean(), truth.columns(["near", "bare"])
+    assert both["true_share"] == pytest.approx(share) and 0 < truth.columns(["bare"])["true_share"] < share
 
 
 def steps(camera: CameraConfig, count: int, **options: bool):
@@ -307,7 +309,9 @@ def test_a_pixels_moment_is_the_middle_of_its_bands_exposure(clock):
     speed = 30 * (places[-2] - places[-1])
     rows = np.arange(ROWS)
     shell = (truth.robot[:, 49] == 1) & np.isfinite(truth.flow[:, 49, 0])
-    early = (truth.depth_m[:, 49] - (places[-1] - RADIUS - 0.0195)) / speed  # column 49 has no bearing
+    depths = ((truth.depth_before_m, places[-2]), (truth.depth_m, places[-1]))  # column 49 has no bearing
+    before, early = ((depth[:, 49] - (place - RADIUS - 0.0195)) / speed for depth, place in depths)
+    was = np.rint(rows - np.nan_to_num(truth.flow[:, 49, 1])).astype(int)
     bands = len(truth.interval_ms)
     middle = (rows * bands // ROWS + 0.5) * ROWS / bands - 0.5
     due = 0.0005 * camera.exposure_ms + 1e-6 * camera.row_time_us * (ROWS - 1 - middle) * (bands > 1)
@@ -317,9 +321,10 @@ def test_a_pixels_moment_is_the_middle_of_its_bands_exposure(clock):
         assert len(intervals) > 3
     else:
         assert max(intervals) - min(intervals) < 1e-9 and np.abs(early - due)[shell].max() < slack
+        assert np.abs(before - due[was])[shell].max() < slack, "in the band where the point was then"
     closing = 1000 * (truth.depth_before_m - truth.depth_m)[:, 49] / truth.interval_ms[rows * bands // ROWS]
-    stays = np.rint(rows - truth.flow[:, 49, 1]) * bands // ROWS == rows * bands // ROWS  # in its band of rows
-    assert np.abs(closing[shell & stays] - speed).max() < 0.005
+    stays = shell & (was * bands // ROWS == rows * bands // ROWS)
+    assert np.abs(closing[stays] - speed).max() < 0.005
 
 
 def test_the_columns_of_an_approach_and_a_crossing_are_those_of_geometry():
