@@ -217,7 +217,7 @@ class Rays:
         self._step_ms = 1000.0 / (config.fps * self._steps)
         self.shape = rows, columns = config.height, config.width
         # Arrays have an axis of coordinates first, and one of all pixels: a pixel's place is its column and row.
-        self._places = np.indices(self.shape).reshape(2, -1)[::-1] + ASIDE_PX
+        self._places: Floats = np.indices(self.shape).reshape(2, -1)[::-1] + ASIDE_PX
         self._middle = np.array([[columns - 1], [rows - 1]]) / 2
         across, down = (self._places - self._middle) / self._focal
         directions = np.stack([across, -down, -np.ones_like(down)])  # MuJoCo's cameras look along -z, y is up
@@ -340,12 +340,12 @@ class Rays:
         """Compute flow (2, R C) and the depth before (R C,); NaN where the point was outside or hidden."""
         columns = self.shape[1]
         at = self._directions * distance
-        points, old = np.full_like(at, np.nan), self._places.copy()
+        points, old = at.copy(), self._places.copy()  # where they are, of bodies that rest
         bands = np.repeat(np.arange(len(now.bands)), [(bottom - top) * columns for top, bottom, _ in now.bands])
         band = bands.copy()  # of each point in the frame before: at first that of its pixel now
         pixels = np.flatnonzero(geom >= 0)
-        for _ in before.bands:
-            self._carry(pixels, self._body_of[geom[pixels]], at, (now, bands), (before, band), points, old)
+        self._carry(pixels, self._body_of[geom[pixels]], at, (now, bands), (before, band), points, old)
+        for _ in before.bands[1:]:
             row = np.clip(np.rint(old[1, pixels]), 0, self.shape[0] - 1).astype(np.intp)
             there = bands[row * columns]
             changed = there != band[pixels]
@@ -353,11 +353,11 @@ class Rays:
             band[pixels] = there[changed]  # a point that moves between bands is found there at another moment
             if not pixels.size:
                 break
+            points[:, pixels], old[:, pixels] = at[:, pixels], self._places[:, pixels]
+            self._carry(pixels, self._body_of[geom[pixels]], at, (now, bands), (before, band), points, old)
         inside = (points[2] < 0.0) & (np.abs(old - self._middle) < self._middle + 0.5).all(axis=0)
-        flow, depth = np.full_like(old, np.nan), np.full_like(distance, np.nan)
         visible = self._visible(np.flatnonzero(inside), geom, points, old, before, band)
-        flow[:, visible], depth[visible] = (self._places - old)[:, visible], -points[2, visible]
-        return flow, depth
+        return np.where(visible, self._places - old, np.nan), np.where(visible, -points[2], np.nan)
 
     def _carry(
         self, pixels: Indices, bodies: npt.NDArray[np.int32], at: Floats, now: tuple[_Picture, Indices],
@@ -370,20 +370,17 @@ class Rays:
             one, other = divmod(pair, len(before[0].bands))
             turn, place = now[0].bands[one][2].from_eye(body)
             turn_then, place_then = before[0].bands[other][2].from_eye(body)
-            mine = pixels[key == value]
-            then = at[:, mine]
             if np.abs(turn - turn_then).max() < TREMBLE and np.abs(place - place_then).max() < TREMBLE:
-                points[:, mine], old[:, mine] = then, self._places[:, mine]
                 continue
-            carried = turn_then @ turn.T
-            points[:, mine] = then = carried @ then + (place_then - carried @ place)[:, np.newaxis]
+            mine, carried = pixels[key == value], turn_then @ turn.T
+            points[:, mine] = then = carried @ at[:, mine] + (place_then - carried @ place)[:, np.newaxis]
             ahead = np.maximum(-then[2], 1e-9)  # a point behind the eye is outside
             old[:, mine] = self._middle + self._focal * then[:2] * np.array([[1.0], [-1.0]]) / ahead
 
     def _visible(
         self, pixels: Indices, geom: npt.NDArray[np.int32], points: Floats, old: Floats, before: _Picture, band: Indices
-    ) -> Indices:
-        """Return those of the pixels whose points were not hidden in the frame before.
+    ) -> npt.NDArray[np.bool_]:
+        """Return whether each point (R C,) is one of ``pixels`` that was not hidden in the frame before.
 
         Where the four rays around a point met its geom, and at its distance, it was visible. The others get a ray each.
         """
@@ -400,13 +397,14 @@ class Rays:
             near, far = np.minimum(near, distance), np.maximum(far, distance)
         slack = SURFACE_M + SURFACE_SHARE * away
         sure &= (near - slack < away) & (away < far + slack)
-        found = [pixels[sure]]
+        found = np.zeros(len(geom), np.bool_)
+        found[pixels[sure]] = True
         for index, (_, _, moment) in enumerate(before.bands):
             doubtful = np.flatnonzero(~sure & (band[pixels] == index))
             if doubtful.size:
                 _, distance = self._cast(moment, then[:, doubtful] / away[doubtful])
-                found.append(pixels[doubtful[~(distance < (1.0 - ROUNDING) * away[doubtful])]])
-        return np.concatenate(found)
+                found[pixels[doubtful]] = ~(distance < (1.0 - ROUNDING) * away[doubtful])
+        return found
 
 
 _Notes = dict[tuple[int, int], list[tuple[int, _Moment]]]

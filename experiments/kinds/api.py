@@ -103,8 +103,7 @@ def run(
     found = registry.find(given)
     hand = found.conditions()[0].hand if isinstance(found, Experiment) and found.name == LIVE else None
     own = None if isinstance(given, str) or hand else found
-    own_pictures = pictures and os.fspath(pictures)
-    options = {"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": own_pictures}
+    options = {"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": pictures and os.fspath(pictures)}
     asked = Asked(
         kind=found.kind, what=(given,) if isinstance(given, str) else (), models=tuple(model_texts(models)), only=only,
         values=by_key(settings), repeats=None if repeats is None else operator.index(repeats),
