@@ -217,7 +217,7 @@ class Rays:
         self._step_ms = 1000.0 / (config.fps * self._steps)
         self.shape = rows, columns = config.height, config.width
         # Arrays have an axis of coordinates first, and one of all pixels: a pixel's place is its column and row.
-        self._places: Floats = np.indices(self.shape).reshape(2, -1)[::-1] + ASIDE_PX
+        self._places: Floats = np.indices(self.shape).reshape(2, -1)[::-1].astype(np.float64) + ASIDE_PX
         self._middle = np.array([[columns - 1], [rows - 1]]) / 2
         across, down = (self._places - self._middle) / self._focal
         directions = np.stack([across, -down, -np.ones_like(down)])  # MuJoCo's cameras look along -z, y is up
