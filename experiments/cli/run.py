@@ -40,6 +40,7 @@ def run(
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
     truth: Annotated[bool, typer.Option("--truth", help="Store what truly moved in each frame too.")] = False,
+    dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
@@ -63,7 +64,7 @@ def run(
         values=key_values(assignments), repeats=repeats, seed=seed,
         options={"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": pictures and str(pictures)},
     )  # fmt: skip
-    return options.finish(asked, out, pool)
+    return options.finish(asked, out, pool, dry=dry_run)
 
 
 def _repeat(run: Path, out: Path | None, pool: Pool) -> int:

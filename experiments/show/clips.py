@@ -125,7 +125,7 @@ class ClipSource:
             truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
             yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX, *more)})
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
         shown: dict[str, Any] = {name: getattr(self.stimulus.params, name, None) for name in SHOWN}
         if shown[BACKGROUND] is not None:

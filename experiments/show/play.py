@@ -20,6 +20,7 @@ from dsnn import Response, ResponseError, ResponseSeries, checked_response
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.base.errors import TrialError, UsageError, short
+from experiments.base.streams import stream
 from experiments.base.user_code import traced
 from experiments.settings.models import ConfiguredModel, family
 from experiments.settings.settings import in_sections
@@ -78,8 +79,8 @@ class Source(Protocol):
         """Yield the frames in order of time, always the same ones."""
         ...
 
-    def columns(self) -> dict[str, Any]:
-        """Return what is shown, as columns of ``trials.parquet``."""
+    def columns(self, truth: pl.DataFrame) -> dict[str, Any]:
+        """Return what is shown, as columns of ``trials.parquet``; ``truth`` has a row for each frame."""
         ...
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
@@ -90,7 +91,7 @@ class Source(Protocol):
         model
             The model.
         frames
-            A row per frame: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
+            A row per frame that it took: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
         """
         ...
 
@@ -150,6 +151,8 @@ class ModelRunner:
         (R, C) of the frames.
     keep
         Whether responses are stored; footage may be endless.
+    phase
+        Number of the first frame that its processor takes.
 
     Attributes
     ----------
@@ -167,8 +170,8 @@ class ModelRunner:
         The traceback of what it raised, or the fault of a response; empty while there is none.
     """
 
-    def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True) -> None:
-        self.chosen, self.label = chosen, chosen.label
+    def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True, phase: int = 0) -> None:
+        self.chosen, self.label, self.phase = chosen, chosen.label, phase
         self.network: Any = chosen.network
         self.maps = False
         self.responses: list[Response] = []
@@ -188,8 +191,16 @@ class ModelRunner:
         """The section of ``--set`` that its parameters are under."""
         return family(self.label, type(self.network))
 
+    @property
+    def taken(self) -> slice:
+        """Which frames its processor takes."""
+        return slice(self.phase, None, self.chosen.processor.every)
+
     def share(self, others: Sequence[ModelRunner]) -> None:
-        """Let it share what it can with one of ``others``, which see each frame before: a network, or its front."""
+        """Let it share what it can with one of ``others``, which see each frame before: a network, or its front.
+
+        Models on processors that take other frames have other states.
+        """
         if (other := self._like(others, "READOUT")) is not None:
             self._model = SimpleNamespace(step=lambda _: other.read(self.network))
         elif (other := self._like(others, "AFTER_F")) is not None:
@@ -200,7 +211,7 @@ class ModelRunner:
         kind = type(self._model)
         names = vars(kind).get(parameters, ())  # a class that inherits them may respond in its own way
         for other in others:
-            if names and type(other._model) is kind:
+            if names and type(other._model) is kind and other.taken == self.taken:
                 same = {name: getattr(other.network, name) for name in names}
                 if replace(self.network, **same) == other.network:
                     return other
@@ -292,6 +303,17 @@ def _takes_maps(step: Any) -> bool:
     return any(p.name == "maps" or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
 
 
+def phase_of(model: ConfiguredModel, seed: int) -> int:
+    """Return the first frame of a trial that a model's processor takes; nothing is drawn where it takes all."""
+    every = model.processor.every
+    return int(stream("trial.processor", seed).integers(every)) if every > 1 else 0
+
+
+def _held(response: Response | None) -> Response | None:
+    """Return what a model responds to a frame that it does not see: its potentials stay, and it does not spike."""
+    return response and replace(response, hs_spikes=0, vs_spikes=0, looming_spikes=0)
+
+
 class Showing:
     """Frames that a source has shown so far, and the models that respond to them. Iterating shows one more.
 
@@ -306,7 +328,7 @@ class Showing:
     samples
         The frames so far, where ``keep`` is set.
     responses
-        What each model responded to the last frame; ``None`` of one that raised.
+        What each model responded to the last frame; ``None`` of one that raised, or has taken none yet.
 
     Parameters
     ----------
@@ -317,6 +339,8 @@ class Showing:
     keep, images
         Whether frames and responses are stored, and with the frames their images: a trial by hand may be endless,
         and a film long.
+    seed
+        Seed of the trial.
     """
 
     def __init__(
@@ -327,28 +351,36 @@ class Showing:
         *,
         keep: bool = True,
         images: bool = True,
+        seed: int = 0,
     ) -> None:
         self.source: Any = source
         self.eye, self._keep, self._images = eye, keep, images
-        self.runners = [ModelRunner(model, source.shape, keep=keep) for model in models]
+        self.runners = [ModelRunner(model, source.shape, keep=keep, phase=phase_of(model, seed)) for model in models]
         self.sample: Sample | None = None
         self.samples: list[Sample] = []
-        self.responses: list[Response | None] = []
+        self.responses: list[Response | None] = [None] * len(models)
 
     def __iter__(self) -> Iterator[Sample]:
-        for sample in self.source:
+        for number, sample in enumerate(self.source):
             for model, values in sample.changes.items():
                 change(self.runners, model, values)
             image = frozen(sample.image)
-            self.responses = [runner.see(image) for runner in self.runners]
+            self.responses = [
+                runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
+                for runner, before in zip(self.runners, self.responses, strict=True)
+            ]
             self.sample = sample
             if self._keep:
                 self.samples.append(sample if self._images else Sample(sample.time_s, NO_IMAGE, sample.truth))
             yield sample
 
     def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
-        """Return each model that responded to every frame, with its responses."""
+        """Return each model that responded to every frame that it took, with its responses."""
         return [(runner.chosen, series) for runner in self.runners if (series := runner.series()) is not None]
+
+    def taken(self) -> dict[str, slice]:
+        """Return the label of each model with the frames that it took."""
+        return {runner.label: runner.taken for runner in self.runners}
 
     def truth(self) -> pl.DataFrame:
         """Return what is true of the frames, a row each."""
@@ -396,7 +428,7 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
     showings = []
     with one_thread():
         for eye, source, models in trial.sources():
-            showing = Showing(source, models, eye, images=images)
+            showing = Showing(source, models, eye, images=images, seed=trial.seed)
             showing.runners[0].maps = maps and models[0] is trial.models[0]
             if getattr(trial.condition, "hand", None) is None:  # a hand may change parameters on the way
                 for place, runner in enumerate(showing.runners):
@@ -464,10 +496,11 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
     rows, tables = {}, {}
     columns = showings[0].source.frame_columns
     for showing in showings:
-        truth, source = showing.truth(), showing.source
-        shown = source.columns()
+        truth, source, taken = showing.truth(), showing.source, showing.taken()
+        shown = source.columns(truth)
         for model, series in showing.series():
-            table = truth.with_columns(**{name: getattr(series, name) for name in FIELDS})
+            numbered = truth.with_row_index("frame")[taken[model.label]]
+            table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS})
             counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {
                 "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
@@ -476,10 +509,7 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
                 "frames": table.height, "wall_s": wall_s,
             }  # fmt: skip
             if frames:
-                index = table.with_columns(
-                    pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"),
-                    pl.int_range(pl.len()).alias("frame"),
-                )  # fmt: skip
+                index = table.with_columns(pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"))
                 tables[model.label] = index.select(columns.names()).cast(columns)
     labels = [model.label for model in trial.models if model.label in rows]
     kept = pl.concat([tables[label] for label in labels]) if frames else pl.DataFrame(schema=columns)

@@ -191,7 +191,7 @@ class VideoSource:
                 return
         self._ended = True
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
         return {"source": self.name, "width": self.size[0], "height": self.size[1], "fps": self.rate}
 
