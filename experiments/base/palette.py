@@ -28,6 +28,8 @@ THRESHOLD = "#7f7f7f"
 """Of thresholds T, thin and dashed."""
 BRIGHTER, DARKER, STILL = "#eedd55", "#d94fb0", "#181a20"
 """Pixels that became brighter, became darker, and did not change."""
+TRUE = "#2fd6b5"
+"""Arrows of the flow that is true."""
 OTHERS: Mapping[str, str] = {"teal": "#177362", "pink": "#cc7ab1", "brown": "#805f26", "olive": "#87996b"}
 """Things without an order and a hue of their own, such as kinds of motion and terms of a reward."""
 OBSERVER, STIMULUS = "#8c8c8c", "#191919"

@@ -21,6 +21,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
@@ -48,7 +49,9 @@ MOST_MODELS, MOST_HZ = 8, 120.0
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
-CHANGE = "change"
+FIRST = "world/observer/camera"
+"""The camera whose flow is drawn."""
+CHANGE, FLOW = "change", "truth/flow"
 
 
 def changes(seen: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
@@ -85,6 +88,8 @@ class Reel:
         Robot -> times, x and y in cm, heading in radians, (4, T).
     eyes
         Entity of a camera's pictures -> their times.
+    flow
+        Time, s -> what has moved in the first camera's picture, from where to where in px, (N, 2, 2).
     obstacles
         Outlines on the floor, (N, 2), cm.
     properties
@@ -101,7 +106,7 @@ class Reel:
         self.values: dict[str, dict[str, Floats]] = {}
         self.levels: dict[str, list[float]] = {}
         self.tracks: dict[str, Floats] = {}
-        self.eyes: dict[str, Floats] = {}
+        self.eyes, self.flow = dict[str, Floats](), dict[float, Floats]()
         self.obstacles: list[Floats] = []
         self.properties: dict[str, Any] = {}
         found: dict[tuple[str, str], list[Floats]] = {}
@@ -122,6 +127,8 @@ class Reel:
                 continue
             elif part and part[1] == "threshold":
                 self.levels[part[0]] = batch["Scalars:scalars"][0].as_py()
+            elif entity == f"{FIRST}/{FLOW}":
+                self.flow |= _arrows(batch)
             elif CAMERA.fullmatch(entity):
                 found.setdefault(("eyes", entity), []).append(times_of(batch)[None])
             elif "Transform3D:translation" in names:
@@ -194,7 +201,8 @@ class Canvas:
         self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")  # a point is a pixel
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
-            kinds = [*reel.eyes, *([CHANGE] if reel.eyes else []), *(["plan"] if reel.tracks else [])]
+            more = [*([CHANGE] if reel.eyes else []), *([FLOW] if reel.flow else [])]
+            kinds = [*reel.eyes, *more, *(["plan"] if reel.tracks else [])]
             heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             experiment = reel.properties.get("experiment")
@@ -205,7 +213,7 @@ class Canvas:
             for place, column in enumerate(self.panels):
                 for kind, axes in column.items():
                     axes.set(xticks=[], yticks=[])
-                    draw = self._plan if kind == "plan" else self._picture
+                    draw = {"plan": self._plan, FLOW: self._flow}.get(kind, self._picture)
                     self._updates[place].append(draw(kind, axes))
                     if place == 0:
                         axes.set_title(_panel_title(kind), loc="left")
@@ -229,6 +237,23 @@ class Canvas:
         def update(_: float, seen: Mapping[str, Picture | None]) -> None:
             if (picture := seen[kind]) is not None:
                 image.set_data(picture)
+
+        return update
+
+    def _flow(self, _kind: str, axes: Axes) -> Update:
+        """Draw the true flow over the picture: a stroke from where each point was to a dot where it is."""
+        eye, times = next(iter(self._reel.eyes)), np.array([*self._reel.flow])
+        picture = self._picture(eye, axes)
+        strokes = LineCollection([], colors=palette.TRUE, linewidths=2, animated=self._film)
+        axes.add_collection(strokes)
+        (heads,) = axes.plot([], [], ".", color=palette.TRUE, ms=6, animated=self._film)
+
+        def update(time_s: float, seen: Mapping[str, Picture | None]) -> None:
+            picture(time_s, seen)
+            now = max(int(np.searchsorted(times, time_s + 1e-6)), 1)
+            moved = self._reel.flow[float(times[now - 1])] - 0.5  # matplotlib counts pixels from their middle
+            strokes.set_segments(list(moved))
+            heads.set_data(*moved[:, 1].T)
 
         return update
 
@@ -325,7 +350,7 @@ class Canvas:
 
 def _panel_title(kind: str) -> str:
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
-    titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink"}
+    titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink", FLOW: "true flow since the frame before"}
     return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")
 
 
@@ -411,12 +436,21 @@ def moments(reel: Reel, count: int) -> list[float]:
 
 def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None) -> None:
     """Write a strip as a PNG file: pictures of ``count`` `moments`, and below them the traces with a line at each."""
-    kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
+    kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.flow) + bool(reel.tracks)
     size = size or (1800, round(1.5 * kinds * 1800 / count * 0.8) + 60)
     times = moments(reel, count)
     picture = Canvas(reel, size, times).strip(times, list(reel.seen(times)))
     with replacing(out) as partial:
         partial.write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())
+
+
+def _arrows(batch: pa.RecordBatch) -> dict[float, Floats]:
+    """Return both ends of a chunk's arrows, (N, 2, 2), by their time."""
+    both = [[np.array(ends or []).reshape(-1, 2) for ends in batch[f"Arrows2D:{name}"].to_pylist()]
+            for name in ("origins", "vectors")]  # fmt: skip
+    return {
+        time_s: np.stack([tails, tails + ways], 1) for time_s, tails, ways in zip(times_of(batch), *both, strict=True)
+    }
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:

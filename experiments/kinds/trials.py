@@ -33,7 +33,7 @@ from experiments.settings.settings import Settings, changes, check_counts, confi
 from experiments.show import course
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable, varying
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, TRUE_TRIALS, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
@@ -69,7 +69,7 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     asked
         What was asked for. Its options are ``eyes``, ``one`` or ``both``: each model sees through the model of the
         robot's eye too; ``pictures``, the folder of a user's own, of which the arena's wall has the first;
-        ``recordings`` and ``frames``, whether to keep these.
+        ``recordings`` and ``frames``, whether to keep these; ``truth``, whether frames have what truly moved.
 
     Returns
     -------
@@ -88,12 +88,14 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     models = shown_models(experiment.models, asked.models, asked.only)
     whole, settings, repeats = checked(experiment, models, asked, pictures)
     settings = both_eyes(settings) if eyes == "both" else settings
-    trials, recordings = trials_of(whole, settings, repeats, asked.seed), bool(asked.option("recordings", True))
+    truth, recordings = bool(asked.option("truth")), bool(asked.option("recordings", True))
+    trials = trials_of(whole, settings, repeats, asked.seed, truth=truth)
+    tables = (TRUE_TRIALS, TRUE_FRAMES) if truth else (TRIAL_SCHEMA, FRAME_SCHEMA)
     resolved, changed = resolve(asked, experiment, whole, settings, repeats, len(trials), pictures)
     done = partial(play_trial, recordings=recordings, frames=bool(asked.option("frames", True)))
     return Plan(
-        asked, whole.name, trials, done, {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, FRAME_SCHEMA), whole,
-        settings.models, changed, random=is_random(settings),
+        asked, whole.name, trials, done, {**resolved, "recordings": recordings}, tables, whole, settings.models,
+        changed, random=is_random(settings),
     )  # fmt: skip
 
 

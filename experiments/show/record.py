@@ -4,6 +4,7 @@ A recording has these entities, on the timelines ``time`` (a duration) and ``fra
 
     /world/observer, stimulus, ...   pose and looks of robots, in cm; /world/observer/wheels where an agent drives
     /world/observer/camera           the pinhole, its image below it, and the exposure; further eyes camera_<eye>
+    /world/observer/camera/truth/... flow, depth and surface: what its pixels truly show, of a run with truth
     /world/arena, /world/path        floor, wall and obstacles; the ways of those that move
     /models/<model>/hs, vs, looming  potentials; also azimuth
     /models/<model>/spikes/<channel> spikes of each frame: above 0 of preferred motion (right, down), below of null
@@ -39,6 +40,7 @@ from rerun.chunk import Chunk
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.obstacles import Obstacle
 from colias_sim.shapes import robot_shapes
+from colias_sim.truth import Truth
 from dsnn import ResponseSeries
 from dsnn.model import SPIKING
 from experiments.base import palette
@@ -61,6 +63,10 @@ LINE_WIDTH = 1.5
 LAYERS = {"p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"}
 EDGE, STROKES = 1.08, 0.22
 """Height at which a lane's strokes begin, and the room of each channel's."""
+DEPTH_UNITS = 10_000
+"""Units of a recorded depth in a metre: 16 bits of them are 6.5 m."""
+ARROWS = 16
+"""Arrows of the flow along the longer side of a picture."""
 MOST_LANES = 4
 """Models below each other; more stand in columns."""
 
@@ -129,6 +135,8 @@ class Content:
         Whether the whole arena is seen from above; otherwise the observer from behind.
     noted
         Whether there is a text about it.
+    surfaces
+        Names of the geoms that pixels show; empty without truth.
     """
 
     models: tuple[RecordedModel, ...] = ()
@@ -141,6 +149,7 @@ class Content:
     plots: tuple[tuple[str, tuple[str, ...], str], ...] = ()
     above: bool = False
     noted: bool = False
+    surfaces: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +172,8 @@ class Frames:
         Entity -> (T, k), a value of each series.
     taken
         A model's label -> which of the frames it took; others took all.
+    truth
+        Eye -> what its pixels truly show in each frame, T of them.
     """
 
     time_s: Floats
@@ -173,6 +184,7 @@ class Frames:
     maps: Mapping[str, Images] = field(default_factory=dict)
     plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     taken: Mapping[str, slice] = field(default_factory=dict)
+    truth: Mapping[str, Sequence[Truth]] = field(default_factory=dict)
 
     def times(self, model: str = "", at: slice | npt.NDArray[np.intp] = slice(None)) -> list[rr.TimeColumn]:
         """Return the timelines of the frames that a model took, or of some ``at`` of them; of no model, of all."""
@@ -293,6 +305,10 @@ def static(content: Content) -> tuple[Chunk, ...]:
     for name, tints in content.maps:
         look = rr.AnnotationContext([rr.AnnotationInfo(id=grey, color=tint) for grey, tint in enumerate(tints)])
         chunks.append(fixed(f"{model_entity(content.models[0].label)}/maps/{name}", look))
+    for eye in content.eyes if content.surfaces else ():
+        colours = {"nothing": palette.STILL, **palette.of_others(content.surfaces)}
+        infos = [rr.AnnotationInfo(place, name, rgb(hue)) for place, (name, hue) in enumerate(colours.items())]
+        chunks.append(fixed(f"{camera_entity(eye)}/truth/surface", rr.AnnotationContext(infos)))
     if content.scene is None:
         return tuple(chunks)
     chunks += [fixed("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP), *_arena(content, content.scene)]
@@ -336,6 +352,8 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
         else:
             chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
             chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
+    for eye, truths in frames.truth.items():
+        chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
     for name, images in frames.maps.items():
         first = content.models[0].label
         entity = f"{model_entity(first)}/maps/{name}"
@@ -373,13 +391,40 @@ def strokes(counts: npt.NDArray[Any], edge: float) -> tuple[npt.NDArray[np.int64
     return np.repeat(at, 3), heights.ravel()
 
 
-def _pictures(entity: str, kind: Any, images: Images, when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+def _truth(entity: str, truths: Sequence[Truth], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+    """Return flow as arrows on a grid, from where a point was to where it is, depth, and the geoms by number from 1."""
+    rows, columns = truths[0].depth_m.shape
+    step = -(-max(rows, columns) // ARROWS)
+    across, down = np.meshgrid(np.arange(step // 2, columns, step), np.arange(step // 2, rows, step))
+    flows = [truth.flow[down, across].reshape(-1, 2) for truth in truths]
+    shown = [np.hypot(*flow.T) > 0.0 for flow in flows]  # NaN is not
+    here = np.column_stack([across.ravel(), down.ravel()]) + 0.5
+    vectors = np.concatenate([flow[there] for flow, there in zip(flows, shown, strict=True)])
+    heads = np.concatenate([here[there] for there in shown])
+    arrows = rr.Arrows2D.columns(origins=heads - vectors, vectors=vectors)
+    depth = np.stack([np.nan_to_num(truth.depth_m, nan=0.0) * DEPTH_UNITS for truth in truths])
+    return [
+        fixed(f"{entity}/flow", rr.Arrows2D.from_fields(colors=[rgb(palette.TRUE)], radii=[0.15])),
+        chunk(f"{entity}/flow", when, arrows.partition([int(there.sum()) for there in shown])),
+        *_pictures(f"{entity}/depth", rr.DepthImage, np.rint(depth).astype(np.uint16), when, meter=DEPTH_UNITS),
+        *_pictures(
+            f"{entity}/surface", rr.SegmentationImage, np.stack([truth.geom + 1 for truth in truths]).astype(np.uint16),
+            when,
+        ),
+    ]  # fmt: skip
+
+
+def _pictures(
+    entity: str, kind: Any, images: npt.NDArray[np.uint8 | np.uint16], when: Sequence[rr.TimeColumn], **look: float
+) -> list[Chunk]:
     count, rows, columns = images.shape
-    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+    size = images.itemsize
+    bits = rr.ChannelDatatype.U8 if size == 1 else rr.ChannelDatatype.U16
+    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype=bits)
     # By Arrow's own means, without a copy: from an array Rerun makes two.
-    ends = pa.array(np.arange(count + 1) * (rows * columns), pa.int32())  # raises where a list is too long
-    buffers = pa.ListArray.from_arrays(ends, images.ravel(), type=BLOB)
-    return [fixed(entity, kind.from_fields(format=form)), chunk(entity, when, kind.columns(buffer=buffers))]
+    ends = pa.array(np.arange(count + 1) * (rows * columns * size), pa.int32())  # raises where a list is too long
+    buffers = pa.ListArray.from_arrays(ends, images.ravel().view(np.uint8), type=BLOB)
+    return [fixed(entity, kind.from_fields(format=form, **look)), chunk(entity, when, kind.columns(buffer=buffers))]
 
 
 def _scalars(values: npt.NDArray[Any]) -> Iterable[Any]:
@@ -460,8 +505,14 @@ def views(content: Content) -> list[tuple[float, Any]]:
     if content.scene is not None:
         top.append((5.0, _world(content, content.scene)))
     for eye in content.eyes:
-        name = f"what is seen{f' ({eye})' if eye else ''}"
-        top.append((4.0, rrb.Spatial2DView(origin=f"/{camera_entity(eye)}", name=name)))
+        name = f"what is seen{', and its true flow' if content.surfaces else ''}{f' ({eye})' if eye else ''}"
+        place = f"/{camera_entity(eye)}"
+        apart = ("depth", "surface") if content.surfaces else ()
+        contents = ["$origin/**", *(f"- $origin/truth/{part}" for part in apart)]
+        top.append((4.0, rrb.Spatial2DView(origin=place, contents=contents, name=name)))
+        if apart:
+            true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
+            top.append((3.0, rrb.Vertical(*true)))
     if content.maps:
         label = content.models[0].label
         maps = [
@@ -505,6 +556,7 @@ def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
     hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
+    hidden += [f"- /{camera_entity(eye)}/truth/**" for eye in content.eyes if content.surfaces]
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(
         origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),

@@ -68,6 +68,7 @@ def content(spec: RobotTrial, seen: Frames, models: Iterable[RecordedModel]) -> 
         models=tuple(models), eyes=tuple(seen.images), camera=spec.settings.camera, scene=scene,
         robots=tuple(TRIAL_ROBOTS.items()), obstacles=rerun.outlines(obstacles(scene.arena)), plots=tuple(exposure),
         maps=tuple((name, map_colours(name)) for name in seen.maps),
+        surfaces=next(iter(seen.truth.values()))[0].geoms if seen.truth else (),
     )  # fmt: skip
 
 
@@ -91,6 +92,8 @@ def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries]) ->
         {_exposure(eye): values for eye, values in exposure.items()
          if samples[eye][0].truth["row_time_us"] or np.ptp(values) > 0},
         {label: taken for showing in showings for label, taken in showing.taken().items()},
+        {eye: truths for eye, of_eye in samples.items()
+         if (truths := [sample.pixels for sample in of_eye if sample.pixels is not None])},
     )  # fmt: skip
 
 

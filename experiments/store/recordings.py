@@ -134,8 +134,18 @@ def pictures(path: Path) -> dict[str, Images]:
     return {eyes[entity]: np.stack([image for _, image in pictures_of(path, entity)]) for entity in sorted(eyes)}
 
 
-def write_pictures(folder: Path, frames: Images, ending: str) -> None:
-    """Write frames (T, R, C) as ``000000.png`` and so on into a new folder; ``ending`` is that of the files."""
+def write_pictures(folder: Path, frames: npt.NDArray[np.uint8 | np.uint16], ending: str) -> None:
+    """Write frames as ``000000.png`` and so on into a new folder.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    frames
+        (T, R, C), or (T, R, C, 3): blue, green and red.
+    ending
+        That of the files.
+    """
     folder.mkdir(parents=True)
     for index, frame in enumerate(frames):
         done, encoded = cv2.imencode(ending, frame)
