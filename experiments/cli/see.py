@@ -127,10 +127,7 @@ def video(
     from experiments.draw.video import Reel, film_times, make, strip
     from experiments.store.recordings import recording
 
-    if out.suffix and out.suffix not in ENDINGS:
-        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
-    if out.exists() or not out.parent.is_dir():
-        raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
+    _check_place(out)
     stimulus = (str(source) in STIMULI and not source.exists()) or source.suffix == ".py"
     kind = "a stimulus" if stimulus else {"": "pictures", ".png": "a strip"}.get(out.suffix, "a film")
     if other := sorted(options.typed(context) - MEANT[kind] - {"source", "out", "quiet"}):
@@ -141,8 +138,6 @@ def video(
         return 0
     if truth and not out.suffix:
         _write_data_set(source, trial, out)
-        if not quiet:
-            show_places({"data set": out})
         return 0
     path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
@@ -156,6 +151,13 @@ def video(
     if not quiet:
         show_places({kind.split()[-1]: out, "of": path.stem + OTHER * (trial is None and source.is_dir())})
     return 0
+
+
+def _check_place(out: Path) -> None:
+    if out.suffix and out.suffix not in ENDINGS:
+        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
+    if out.exists() or not out.parent.is_dir():
+        raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
 
 
 def _write_frames(path: Path, out: Path) -> None:
