@@ -31,12 +31,12 @@ import polars as pl
 
 from experiments.base.files import read_parquet
 from experiments.declare.claim import BEHAVIOURS, PAPER, claim_ids, texts
+from experiments.draw.terminal import SIGNS, seen_as
 from experiments.judge import stored
 from experiments.judge.count import Count, count_of
 from experiments.judge.verdict import Verdict
 from experiments.kinds import registry
 from experiments.kinds.kind import planned
-from experiments.paper.page import SIGNS
 from experiments.paper.reproduce import design
 from experiments.paper.scale import Scale
 from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
@@ -250,7 +250,7 @@ def verdict(count: Count | None) -> str:
     if count is None:
         return "not run"
     held = str(count) if count.random else "at any seed"
-    return f"{SIGNS[count.state]} {f'{count.word} ({held})' if count.word else held}"
+    return f"{SIGNS[seen_as(count)]} {f'{count.word} ({held})' if count.word else held}"
 
 
 def summary(results: Mapping[str, Any]) -> str:

@@ -36,6 +36,7 @@ from colias_sim.streams import clearing, episode, film, world
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
+    from colias_sim.truth import Truth
 
 Wheels = npt.NDArray[np.float32]
 
@@ -113,7 +114,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._made_with = camera_ends(camera, robot, options.randomise)[1]
         sim = Simulation(
             robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
-            fence=True, seeing=options.observation != "state",
+            fence=True, seeing=options.observation != "state", truth=options.truth,
         )  # fmt: skip
         super().__init__(sim, OBSERVER)
         self._renderer: Renderer | None = None
@@ -380,6 +381,26 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """The last command to the wheels, (2,): left and right, as shares of the maximum."""
         return self._wheels
 
+    def truth(self, since: int = 1) -> Truth:
+        """Return what each pixel of the last frame truly shows, with ``truth=True``; see `colias_sim.Simulation.truth`.
+
+        Parameters
+        ----------
+        since
+            How many frames ago the frame before it was, 1 to 6.
+
+        Returns
+        -------
+        Truth
+            Flow, depth and surface of each pixel.
+
+        Raises
+        ------
+        ValueError
+            ``since`` is out of range, or the env was made without ``truth=True``.
+        """
+        return self._sim.truth(since)
+
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The obstacles in the arena, without the wall."""
@@ -448,7 +469,12 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """Collect the reward's terms as ``reward_...``, and the measures, whose names end in their units."""
         rewards = {f"reward_{name}": value for name, value in terms.items()}
-        return {**rewards, **self._motion(), **self._measures()}
+        return {**rewards, **self._motion(), **self._measures(), **self._true_motion()}
+
+    def _true_motion(self) -> dict[str, float]:
+        """Summarise what truly moved in the last frame: the robots that drive, or the wall where none does."""
+        others = set(self._sim.robots) - {self._observer.name}
+        return self.truth().columns(others or {"wall"}) if self.options.truth else {}
 
     def _check_open(self) -> None:
         if self._closed:

@@ -59,7 +59,7 @@ def sweep(
     over: options.Over = None,
     claims: Claims = None,
     measure: Annotated[
-        str | None, typer.Option(metavar="NAME,NAME", help="spikes, peak-speed-potential, peak-speed-count, peak-hs.")
+        str | None, typer.Option(metavar="NAME,NAME", help="spikes, peak-speed-potential, peak-hs, true-r, ...")
     ] = None,
     repeats: options.Repeats = None,
     replicates: options.Replicates = None,

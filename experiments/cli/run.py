@@ -39,6 +39,7 @@ def run(
     eyes: Annotated[str, typer.Option(metavar="one|both", help="both: the robot's eye too, MODEL@ov7670.")] = "one",
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
+    truth: Annotated[bool, typer.Option("--truth", help="Store what truly moved in each frame too.")] = False,
     dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
@@ -61,7 +62,7 @@ def run(
     asked = Asked(
         kind=registry.find(experiment).kind, what=(experiment,), models=tuple(model or ()), only=only,
         values=key_values(assignments), repeats=repeats, seed=seed,
-        options={"eyes": eyes, "recordings": recordings, "pictures": pictures and str(pictures)},
+        options={"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": pictures and str(pictures)},
     )  # fmt: skip
     return options.finish(asked, out, pool, dry=dry_run)
 
@@ -87,7 +88,7 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = results_folder(out, f"again-{Path(there.name).stem}").absolute()
     options.check_new(folder)
-    command, stored = _moved(run, there.description)
+    command, stored = moved(run, there.description)
     with contextlib.chdir(command["folder"]), begun_by(command):
         here = perform(planned(Asked.read(stored)), folder, pool)
     other = provenance.differences(provenance.moved(there.description, here.description), here.description)
@@ -105,14 +106,14 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     return options.EXIT_FAILED if here.failures.height else 0
 
 
-def _moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+def moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return a run's command and what was asked; where its folder is gone, as they are from where the run is now."""
     command, asked = description["command"], description[ASKED]
     if Path(then := command["folder"]).is_dir():
         return command, asked
     now = str((run / command["folder_from_run"]).resolve())
-    moved = json.loads(json.dumps([command, asked]).replace(f"{then}/", f"{now}/"))
-    return {**moved[0], "folder": now}, moved[1]
+    there = json.loads(json.dumps([command, asked]).replace(f"{then}/", f"{now}/"))
+    return {**there[0], "folder": now}, there[1]
 
 
 def watch(

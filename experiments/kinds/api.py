@@ -38,6 +38,7 @@ def run(
     pictures: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
+    truth: bool = False,
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
@@ -73,6 +74,8 @@ def run(
         is missing is done.
     recordings
         Whether to write a Rerun recording of each trial.
+    truth
+        Whether frames and recordings have what truly moved in each pixel: see "Compare with true motion".
     workers
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
@@ -100,7 +103,7 @@ def run(
     found = registry.find(given)
     hand = found.conditions()[0].hand if isinstance(found, Experiment) and found.name == LIVE else None
     own = None if isinstance(given, str) or hand else found
-    options = {"eyes": eyes, "recordings": recordings, "pictures": pictures and os.fspath(pictures)}
+    options = {"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": pictures and os.fspath(pictures)}
     asked = Asked(
         kind=found.kind, what=(given,) if isinstance(given, str) else (), models=tuple(model_texts(models)), only=only,
         values=by_key(settings), repeats=None if repeats is None else operator.index(repeats),

@@ -24,7 +24,7 @@ from experiments.settings.models import shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import folder_pictures
 from experiments.settings.settings import check_counts, watchers
-from experiments.show.clips import TRIALS, ClipTrial, described_scenes, record, trials_of
+from experiments.show.clips import TRIALS, TRUE_FRAMES, ClipTrial, described_scenes, record, trials_of
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
 from experiments.store.asked import Asked
@@ -50,7 +50,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     ----------
     asked
         What was asked for. Its options are ``pictures``, the folder of a user's own, shown in place of the scenes;
-        ``recordings`` and ``frames``, whether to keep these.
+        ``recordings`` and ``frames``, whether to keep these; ``truth``, whether frames have what truly moved.
 
     Raises
     ------
@@ -68,7 +68,8 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     check_counts(asked.seed, repeats, f"{experiment.name}: repeats" if asked.repeats is None else "--repeats")
     models = shown_models(experiment.models, asked.models, asked.only)
     chosen = watchers(models, asked.values)
-    trials, changed = trials_of(experiment, chosen, repeats, asked.seed, pictures), differing(chosen, offline=True)
+    truth, changed = bool(asked.option("truth")), differing(chosen, offline=True)
+    trials = trials_of(experiment, chosen, repeats, asked.seed, pictures, truth=truth)
     recordings = bool(asked.option("recordings", True)) and experiment.recorded
     random = any(clip.is_random for clip in experiment.clips)
     equal = f"nothing in {experiment.name} is random: its {repeats} repeats are equal"
@@ -88,7 +89,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     return Plan(
         asked, experiment.name, trials,
         partial(play_clip, recordings=recordings, frames=bool(asked.option("frames", True))), resolved,
-        (TRIALS, FRAMES), experiment, chosen, changed, "clips", random=random,
+        (TRIALS, TRUE_FRAMES if truth else FRAMES), experiment, chosen, changed, "clips", random=random,
         notes=(equal,) if repeats > 1 and not random else (),
     )  # fmt: skip
 

@@ -19,7 +19,7 @@ from experiments.declare.experiment import Experiment
 from experiments.draw.terminal import show_silent, show_verdicts
 from experiments.judge import stored
 from experiments.judge.judge import flaws, judge
-from experiments.judge.tests import summary_rows
+from experiments.judge.tests import least_of_pairs, p_text, summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
@@ -33,7 +33,7 @@ from experiments.settings.settings import Settings, changes, check_counts, confi
 from experiments.show import course
 from experiments.show.play import play
 from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable, varying
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, TRUE_TRIALS, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
@@ -69,7 +69,7 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     asked
         What was asked for. Its options are ``eyes``, ``one`` or ``both``: each model sees through the model of the
         robot's eye too; ``pictures``, the folder of a user's own, of which the arena's wall has the first;
-        ``recordings`` and ``frames``, whether to keep these.
+        ``recordings`` and ``frames``, whether to keep these; ``truth``, whether frames have what truly moved.
 
     Returns
     -------
@@ -88,12 +88,14 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     models = shown_models(experiment.models, asked.models, asked.only)
     whole, settings, repeats = checked(experiment, models, asked, pictures)
     settings = both_eyes(settings) if eyes == "both" else settings
-    trials, recordings = trials_of(whole, settings, repeats, asked.seed), bool(asked.option("recordings", True))
+    truth, recordings = bool(asked.option("truth")), bool(asked.option("recordings", True))
+    trials = trials_of(whole, settings, repeats, asked.seed, truth=truth)
+    tables = (TRUE_TRIALS, TRUE_FRAMES) if truth else (TRIAL_SCHEMA, FRAME_SCHEMA)
     resolved, changed = resolve(asked, experiment, whole, settings, repeats, len(trials), pictures)
     done = partial(play_trial, recordings=recordings, frames=bool(asked.option("frames", True)))
     return Plan(
-        asked, whole.name, trials, done, {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, FRAME_SCHEMA), whole,
-        settings.models, changed, random=is_random(settings),
+        asked, whole.name, trials, done, {**resolved, "recordings": recordings}, tables, whole, settings.models,
+        changed, random=is_random(settings),
     )  # fmt: skip
 
 
@@ -293,7 +295,11 @@ def show(run: Run) -> None:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
         title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
-        console.show(run.comparisons.select(columns), title)
+        words = [p_text(p, least_of_pairs(n)) for p, n in run.comparisons.select("p_holm", "n").rows()]
+        difference = pl.col("mean_difference").round(3) + 0.0  # a difference below a thousandth is 0, and 0 has no sign
+        console.show(run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words)), title)
+    elif rows and len(models) > 1:
+        out_console.print("\nmodels are not compared: fewer than two of them spiked or were silent in the same trial")
     if rows and (beware := flaws(run.trials.to_dicts())):
         out_console.print(f"\nbeware: {beware}", style="red")
     show_files(run.folder, count(len({row["trial"] for row in rows}), "trial"))

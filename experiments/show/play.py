@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import cv2
 import numpy as np
@@ -25,6 +25,9 @@ from experiments.base.user_code import traced
 from experiments.settings.models import ConfiguredModel, family
 from experiments.settings.settings import in_sections
 from experiments.store.tables import FRAME, RESPONSES, TrialRecord, recording_of
+
+if TYPE_CHECKING:
+    from colias_sim import Truth
 
 FRAMES = pl.Schema({**FRAME, **RESPONSES})
 """Columns of ``frames.parquet``: a row per frame and model."""
@@ -46,12 +49,15 @@ class Sample:
         What is true of it, by name: poses, the motion shown, the outline of the object.
     changes
         Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
+    pixels
+        What each pixel truly shows, where that was asked for.
     """
 
     time_s: float
     image: npt.NDArray[np.uint8]
     truth: Mapping[str, Any]
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    pixels: Truth | None = None
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
@@ -108,6 +114,8 @@ class Trial:
         What is shown. Its ``label()`` is its name in tables, its ``open(seed)`` the source of the frames.
     models
         The models that it is shown to.
+    truth
+        Whether its frames have what truly moved in them. It changes no frame.
     """
 
     experiment: str
@@ -116,6 +124,7 @@ class Trial:
     seed: int
     condition: Any
     models: tuple[ConfiguredModel, ...]
+    truth: bool = field(default=False, kw_only=True, repr=False)  # recordings are known by the rest
 
     def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
         """Open the source of each eye: its name, empty for the only one, and the models that see by it."""

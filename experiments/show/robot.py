@@ -26,8 +26,8 @@ from experiments.settings.models import ConfiguredModel
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
 from experiments.show.play import Sample, Trial, phase_of
-from experiments.show.trial_rows import FRAME_SCHEMA, away_cm, responses, windows
-from experiments.store.tables import OBSERVER
+from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, agreement, away_cm, responses, windows
+from experiments.store.tables import OBSERVER, finite
 
 MARK = "@"
 TRUE = "ov7670"
@@ -100,11 +100,15 @@ def trial_seed(seed: int, index: int) -> int:
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1)[0])
 
 
-def trials_of(experiment: Experiment, settings: Settings, repeats: int, seed: int) -> list[RobotTrial]:
+def trials_of(
+    experiment: Experiment, settings: Settings, repeats: int, seed: int, *, truth: bool = False
+) -> list[RobotTrial]:
     """Every trial, by rounds of all conditions: a run cut short stays balanced, and more repeats only append."""
     conditions = experiment.conditions()
     return [
-        RobotTrial(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
+        RobotTrial(
+            experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings, truth=truth
+        )
         for index, condition in enumerate(conditions * repeats)
     ]
 
@@ -119,17 +123,19 @@ class _Scenes(threading.local):
 _SCENES = _Scenes()
 
 
-def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0) -> Simulation:
+def simulation(
+    robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0, *, truth: bool = False
+) -> Simulation:
     """The compiled scene, kept for this thread's next trials with the same settings: compiling costs as much as one.
 
     ``movers`` is the number of robots beside observer and stimulus.
     """
-    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, tuple(map(sha256, map(Path, files(scene)))))
+    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, truth, *map(sha256, map(Path, files(scene))))
     if key not in scenes:
         while len(scenes) >= MOST_SCENES:
             scenes.pop(next(iter(scenes))).close()
         further = {f"mover{i}": TRIAL_ROBOTS["stimulus"] for i in range(movers)}
-        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further})
+        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further}, truth=truth)
     scenes[key] = scenes.pop(key)  # the one that was used last
     return scenes[key]
 
@@ -170,13 +176,12 @@ class RobotSource:
         Frames so far.
     """
 
-    frame_columns = FRAME_SCHEMA
-
     def __init__(self, trial: RobotTrial, eye: CameraConfig) -> None:
         settings, condition = trial.settings, trial.condition
         self.trial, self.fps, self.shape = trial, eye.fps, (eye.height, eye.width)
+        self.frame_columns = TRUE_FRAMES if trial.truth else FRAME_SCHEMA
         scene = scene_of(condition, settings)
-        self.sim = simulation(settings.robot, eye, scene, len(condition.movers))
+        self.sim = simulation(settings.robot, eye, scene, len(condition.movers), truth=trial.truth)
         placing, scenery, self._noise = (
             stream(f"trial.{part}", trial.seed) for part in ("placing", "scenery", "noise")
         )
@@ -221,7 +226,11 @@ class RobotSource:
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
             truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
-        return Sample(frame.time, frame.luma, truth, changes)
+        pixels = self.sim.truth() if self.trial.truth else None
+        if pixels is not None:
+            things = set(self.sim.everyone) - {OBSERVER}
+            truth |= {name: finite(value) for name, value in pixels.columns(things).items()}
+        return Sample(frame.time, frame.luma, truth, changes, pixels)
 
     def columns(self, truth: pl.DataFrame) -> dict[str, Any]:
         """Return the robot that sees, the condition, and what the stimulus did.
@@ -258,6 +267,7 @@ class RobotSource:
             "darkest": frames["darkest"].min(),
             "brightest": frames["brightest"].max(),
             **responses(model, frames, parts, fps),
+            **(agreement(frames) if self.trial.truth else {}),
         }
 
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:
