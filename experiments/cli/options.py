@@ -40,6 +40,7 @@ OwnPictures = Annotated[
     Path | None,
     typer.Option("--pictures", metavar="FOLDER", help="Pictures behind objects of clips, and on the arena's wall."),
 ]
+Controls = Annotated[bool, typer.Option("--controls", help="Show each trial again: frozen, mirrored and so on.")]
 Jitter = Annotated[float, typer.Option(metavar="PX", help="Standard deviation of a trembling camera's shifts, px.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
 Recordings = Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")]

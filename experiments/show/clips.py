@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from dsnn.stimuli import SCENES, ClipParams, Stimulus, StimulusFrame, Truth
+from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusFrame, Truth
 from dsnn.stimuli.background import PHOTOGRAPH
+from dsnn.stimuli.plain import PlainParams
 from experiments.declare.clip import BACKGROUND, Clip, OfflineExperiment
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.pictures import Pictures, digests
-from experiments.show.play import FRAMES, Sample, Showing, Trial
+from experiments.show.play import FRAMES, Controls, Sample, Showing, Trial
 from experiments.store.tables import COUNTS, JOB, PEAKS, peaks
 
 if TYPE_CHECKING:
@@ -80,7 +82,7 @@ def open_clip(clip: Clip, seed: int) -> ClipSource:
 
 def trials_of(
     experiment: OfflineExperiment, models: tuple[ConfiguredModel, ...], repeats: int, seed: int,
-    pictures: Pictures | None = None, *, truth: bool = False,
+    pictures: Pictures | None = None, *, truth: bool = False, controls: Controls | None = None,
 ) -> tuple[ClipTrial, ...]:  # fmt: skip
     """Return every clip of every repeat. Repeat r has the seed ``seed + r``, and so one scene for all its clips.
 
@@ -94,8 +96,8 @@ def trials_of(
         Number of repeats, and the seed of the first.
     pictures
         Shown in place of the scenes.
-    truth
-        Whether frames have what truly moved.
+    truth, controls
+        Whether frames have what truly moved, and what is shown beside them: as of a `Trial`.
 
     Returns
     -------
@@ -104,9 +106,24 @@ def trials_of(
     """
     whole = [(repeat, clip) for repeat in range(repeats) for clip in clips_of(experiment.clips, repeat, pictures)]
     return tuple(
-        ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models, truth=truth)
+        ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models, truth=truth, controls=controls)
         for index, (repeat, clip) in enumerate(whole)
     )
+
+
+class Still(Stimulus[ClipParams]):
+    """The first frame of a clip throughout."""
+
+    def __init__(self, inner: Stimulus[ClipParams]) -> None:
+        super().__init__(inner.params, inner.seed)
+        self._count, self._first = len(inner), StimulusFrame(inner.frame(0).luma, Truth("still"))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Return the first frame."""
+        return self._first
 
 
 class ClipSource:
@@ -124,6 +141,17 @@ class ClipSource:
         for index, frame in enumerate(self.stimulus):
             truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
             yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX, *more)})
+
+    @contextmanager
+    def absent(self) -> Iterator[ClipSource]:
+        """Open the clip's first frame without its object, throughout: only a trembling camera moves."""
+        params, seed = self.stimulus.params, self.stimulus.seed
+        away: dict[str, Any] = {"object": "absent"} if hasattr(params, "object") else {}
+        if isinstance(params, PlainParams):
+            away = {"grey": params.background_grey}
+        still = Still(replace(self.clip, changes=dict(self.clip.changes) | away, jitter_px=0.0).build(seed))
+        trembling = Jitter(still, self.clip.jitter_px, seed) if self.clip.jitter_px else still
+        yield ClipSource(self.clip, trembling, truth=self._truth)
 
     def columns(self) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
