@@ -8,13 +8,11 @@ from typing import Any
 from experiments.base import console
 from experiments.judge.controls import COLUMNS, MEANS, measured, word_of
 from experiments.kinds.result import Run
-from experiments.show.controls import shown
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan
-from experiments.store.tables import without_controls
 
 
-def conclude_controls(plan: Plan[Any], folder: RunFolder, ways: Mapping[int, str] | None = None) -> None:
+def conclude_controls(plan: Plan[Any], folder: RunFolder, ways: Mapping[int, str]) -> None:
     """Judge the controls of a run that has some, and write their table and figure.
 
     Parameters
@@ -22,17 +20,13 @@ def conclude_controls(plan: Plan[Any], folder: RunFolder, ways: Mapping[int, str
     plan, folder
         The run, with all its trials.
     ways
-        The true motion of each trial; ``None``: that of most of its frames.
+        The true motion of each trial.
     """
     if not plan.asked.option("controls"):
         return
     from experiments.draw import controls, style  # not before: workers do without matplotlib
 
-    frames = folder.table("frames")
-    if ways is None:
-        plain = without_controls(frames).group_by("trial", maintain_order=True).agg("motion").rows()
-        ways = {trial: shown(motion) for trial, motion in plain}
-    found = measured(frames, ways, plan.models)
+    found = measured(folder.table("frames"), ways, plan.models)
     words = [word_of(values, kind, random=plan.random) for (_, kind), values in found.items()]
     rows = [{"model": model, "response": kind, **word} for (model, kind), word in zip(found, words, strict=True)]
     folder.write_rows("controls.csv", [{name: row[name] for name in COLUMNS} for row in rows])

@@ -18,7 +18,7 @@ from dsnn.stimuli.plain import PlainParams
 from experiments.declare.clip import BACKGROUND, Clip, OfflineExperiment
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.pictures import Pictures, digests
-from experiments.show.play import FRAMES, Controls, Sample, Showing, Trial
+from experiments.show.play import FRAMES, Controls, Sample, Showing, Trial, most_common
 from experiments.store.tables import COUNTS, JOB, PEAKS, peaks
 
 if TYPE_CHECKING:
@@ -74,6 +74,11 @@ class ClipTrial(Trial):
         """The clip's frame rate, 1/s."""
         return float(self.condition.build(self.seed).fps)
 
+    def way(self) -> str:
+        """Return the true motion of most frames that move, of some; empty where none does."""
+        clip = self.condition.build(self.seed)
+        return most_common(clip[index].truth.motion for index in some(clip))
+
 
 def open_clip(clip: Clip, seed: int) -> ClipSource:
     """Return the source of a clip's frames, with the columns and measures of their trial; ``seed`` is 0 or more."""
@@ -109,6 +114,11 @@ def trials_of(
         ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models, truth=truth, controls=controls)
         for index, (repeat, clip) in enumerate(whole)
     )
+
+
+def some(clip: Stimulus[ClipParams]) -> range:
+    """Return the indices of some ten frames of a clip, from the first on."""
+    return range(0, len(clip), max(1, len(clip) // 10))
 
 
 class Still(Stimulus[ClipParams]):
@@ -163,7 +173,7 @@ class ClipSource:
 
     def _background_mean(self) -> float | None:
         """Mean grey of the rows that the object passes, without the object; ``None`` without an object."""
-        sampled = [self.stimulus[index] for index in range(0, len(self), max(1, len(self) // 10))]
+        sampled = [self.stimulus[index] for index in some(self.stimulus)]
         box = next((frame.truth.box for frame in sampled if frame.truth.box is not None), None)
         if box is None:
             return None

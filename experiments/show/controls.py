@@ -10,8 +10,7 @@ A sample of a control has the time at which its model sees it, and the truth of 
 from __future__ import annotations
 
 import copy
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ import polars as pl
 from dsnn.frames import frozen
 from experiments.base.streams import stream
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_label
-from experiments.show.play import Sample, Source
+from experiments.show.play import Sample, Source, most_common
 
 VERTICAL = ("downward", "upward")
 
@@ -41,7 +40,7 @@ class Replay:
         return {"frozen": [0] * count, "reversed": range(count - 1, -1, -1)}.get(self._control, range(count))
 
     def __iter__(self) -> Iterator[Sample]:
-        axis = 0 if shown(sample.truth.get("motion") for sample in self._samples) in VERTICAL else 1
+        axis = 0 if most_common(sample.truth.get("motion") for sample in self._samples) in VERTICAL else 1
         for now, place in zip(self._samples, self._order(), strict=True):
             seen = self._samples[place]
             image = frozen(np.flip(seen.image, axis).copy()) if self._control == "mirrored" else seen.image
@@ -52,12 +51,6 @@ class Replay:
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
         """Measure the responses to what was seen, as the source would."""
         return self._source.measures(model, frames)
-
-
-def shown(words: Iterable[str | None]) -> str:
-    """Return the motion of most frames of those that move; empty where none does."""
-    counts = Counter(word for word in words if word and word != "still")
-    return counts.most_common(1)[0][0] if counts else ""
 
 
 def controls(source: Source, samples: Sequence[Sample], seed: int) -> Iterator[tuple[str, Source]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
@@ -97,6 +98,12 @@ class Source(Protocol):
             A row per frame: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
         """
         ...
+
+
+def most_common(words: Iterable[str | None]) -> str:
+    """Return the motion of most frames of those that move; empty where none does."""
+    counts = Counter(word for word in words if word and word != "still")
+    return counts.most_common(1)[0][0] if counts else ""
 
 
 Controls = Callable[[Source, Sequence[Sample], int], Iterable[tuple[str, Source]]]

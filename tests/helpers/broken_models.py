@@ -5,6 +5,7 @@ The words were written before any of these models was shown anything.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -19,6 +20,13 @@ class Nothing:
     """No parameter."""
 
 
+@cache
+def weights(pixels: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random weights of 50 units: from the pixels, and among themselves."""
+    seeded = np.random.default_rng(1)
+    return seeded.normal(size=(50, pixels)) / np.sqrt(pixels), seeded.normal(size=(50, 50)) / np.sqrt(50)
+
+
 class Memory:
     """What a model keeps: frames so far, the first, the last, a generator, and a detector of motion that works."""
 
@@ -28,9 +36,7 @@ class Memory:
         self.detector = EMD(shape, EMDParams())
         self.turned = EMD(shape[::-1], EMDParams())
         self.state = np.zeros(50)
-        seeded = np.random.default_rng(1)
-        self.inward = seeded.normal(size=(50, int(np.prod(shape)))) / np.sqrt(np.prod(shape))
-        self.recurrent = seeded.normal(size=(50, 50)) / np.sqrt(50)
+        self.inward, self.recurrent = weights(int(np.prod(shape)))
         self.sign = self.rng.choice([-1.0, 1.0])
 
 
