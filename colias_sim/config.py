@@ -17,7 +17,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from colias_sim.registers import CONTRAS_CENTER_RESET, GAMMA_RESET, UNIT_CONTRAS
 from dsnn.field_docs import parameters, unit
-from scenes import ARENAS, arena_path
+from scenes import ARENA_RADIUS_CM, ARENAS, arena_path
 from scenes.hints import nearest
 
 COLIAS4: Mapping[str, Any] = {
@@ -48,7 +48,8 @@ OV7670: Mapping[str, Any] = {
     # Data sheet: COM15 is 0xC0 after a reset, the range 0x00..0xFF; Colias's firmware leaves it.
     "luma_range": "full",
     # Data sheet: COM13 is 0x88 after a reset, gamma on, and Colias's firmware leaves it. It is off here, as no source
-    # says whether the loop meters before the curve, which nearly doubles HS, or after it, which hardly changes it.
+    # says whether the loop meters before the curve, which nearly doubles HS, or after it, which hardly changes it: the
+    # presets ov7670-gamma and ov7670-gamma-metered.
     "gamma": False,
 }
 """A model of the robot's camera: docs/explanation/camera.md lists what it assumes."""
@@ -213,8 +214,8 @@ class CameraConfig(_Presets):
     data sheet's 52 dB of dynamic range (255 / 10^(52/20) = 0.64) and 46 dB of signal to noise at white (1.28).
 
     By default the camera is ideal apart from noise: a global shutter, a fixed exposure and no lens. Preset ``ov7670``
-    models the robot's camera from data sheets and firmware. docs/explanation/camera.md lists its assumptions. It was
-    not compared with frames of a real robot.
+    models the robot's camera from data sheets and firmware, and two more have its gamma curve on.
+    docs/explanation/camera.md lists their assumptions. None was compared with frames of a real robot.
 
     Light passes the stages in this order: the lens's falloff and blur, exposure and gain, noise, clipping at 0 and 255,
     the gamma curve, contrast, brightness, the range of the luma, and rounding to 8 bits.
@@ -239,6 +240,14 @@ class CameraConfig(_Presets):
         "ov7670": (
             "a model of the robot's camera, not validated against a robot (docs/explanation/camera.md)",
             OV7670,
+        ),
+        "ov7670-gamma": (
+            "the same with gamma on, as after a reset, and a loop that meters the light before the curve",
+            {**OV7670, "gamma": True, "ae_meter": "light"},
+        ),
+        "ov7670-gamma-metered": (
+            "the same with gamma on, and a loop that meters behind it, as the data sheet of a sibling hints",
+            {**OV7670, "gamma": True, "ae_meter": "luma"},
         ),
     }
 
@@ -374,6 +383,10 @@ class SceneConfig:
     """Strength of all lamps, times the arena's own."""
     light_sd: float = Field(default=0.03, ge=0.0, le=0.5)
     """Spread of the lamps' strength between trials."""
+    floor: float | None = Field(default=None, ge=0.0, le=1.0)
+    """Reflectance of the floor, which is matt then (bright: 0.81; a black screen: about 0.1); None: the arena's own."""
+    wall_cm: Annotated[float, unit("cm")] = Field(default=ARENA_RADIUS_CM, ge=30.0, le=100.0)
+    """Distance of the wall from the arena's middle; its height and its texture grow with it."""
     turn_wall: bool = True
     """Turn the wall's texture to a random phase in each trial."""
     shell_grey: float = Field(default=0.02, ge=0.0, le=1.0)
@@ -398,6 +411,41 @@ class SceneConfig:
         """Whether the stimulus's shell has the Colias's shape and size, and no picture."""
         usual = ("cylinder", 4.0, 2.9, "")
         return (self.shell_shape, self.shell_width_cm, self.shell_height_cm, self.shell_picture) == usual
+
+
+@parameters
+class ProcessorConfig:
+    """Settings of the processor that runs a robot's vision model.
+
+    They belong to the model, not to the camera, which exposes and develops every frame. So models on several
+    processors see one and the same camera.
+
+    Examples
+    --------
+    >>> from colias_sim.config import ProcessorConfig
+    >>> ProcessorConfig(every=2).takes(1, phase=1), ProcessorConfig(every=2).takes(2, phase=1)
+    (True, False)
+    """
+
+    every: int = Field(default=1, ge=1, le=6)
+    """The model sees every n-th camera frame, as a processor that is too slow skips the others; 1: all frames."""
+
+    def takes(self, frame: int, phase: int = 0) -> bool:
+        """Tell whether the model sees a camera frame.
+
+        Parameters
+        ----------
+        frame
+            Its number, from 0 up; lost frames count too.
+        phase
+            Number of the first frame that the model sees, below ``every``.
+
+        Returns
+        -------
+        bool
+            Whether ``frame % every`` is the phase.
+        """
+        return frame % self.every == phase
 
 
 BUILT_IN = (

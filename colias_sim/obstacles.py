@@ -117,7 +117,7 @@ def obstacles(model: mujoco.MjModel) -> tuple[Obstacle, ...]:
     return tuple(at_hull_height)
 
 
-def check_room(model: mujoco.MjModel, source: str) -> None:
+def check_room(model: mujoco.MjModel, source: str, size: float = 1.0) -> None:
     """Check that an arena fits into the room.
 
     Parameters
@@ -126,22 +126,25 @@ def check_room(model: mujoco.MjModel, source: str) -> None:
         The compiled scene.
     source
         The arena, for the message.
+    size
+        Size of the room as a share of the usual one.
 
     Raises
     ------
     ValueError
         A geom reaches beyond the room, or is an infinite plane.
     """
+    farthest, highest = size * FARTHEST_CM, size * HIGHEST_CM
     for geom, points in _placed(model):
         name = called(model, geom)
         reach = 100 * float(np.hypot(points[:, 0], points[:, 1]).max())
         low, high = 100 * float(points[:, 2].min()), 100 * float(points[:, 2].max())
-        inside = reach <= FARTHEST_CM and DEEPEST_CM <= low <= high <= HIGHEST_CM
+        inside = reach <= farthest and DEEPEST_CM <= low <= high <= highest
         endless = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
         if name != "floor" and (endless or not inside):
             raise ValueError(
-                f"arena {source}: geom {name} must be within {FARTHEST_CM:g} cm of the middle, and {DEEPEST_CM:g} to"
-                f" {HIGHEST_CM:g} cm high, no plane (MJCF is in metres: 0.05 is 5 cm), got {reach:.4g} cm, and"
+                f"arena {source}: geom {name} must be within {farthest:g} cm of the middle, and {DEEPEST_CM:g} to"
+                f" {highest:g} cm high, no plane (MJCF is in metres: 0.05 is 5 cm), got {reach:.4g} cm, and"
                 f" {low:.4g} to {high:.4g} cm"
             )
 

@@ -92,6 +92,7 @@ def compose(
     """
     spec = arena_spec(scene.arena)
     spec.option.timestep = timestep(camera.fps)
+    set_room(spec, scene)
     if scene.wall:
         set_wall(spec, scene.wall)
     if any(variant not in list(ROBOTS) for variant in robots.values()):
@@ -101,7 +102,7 @@ def compose(
         child.option.timestep = spec.option.timestep
         spec.worldbody.add_frame().attach_body(child.body("base"), f"{name}/", "")
     if fence:
-        _add_fence(spec)
+        _add_fence(spec, scene.wall_cm / 100)
     return spec
 
 
@@ -122,7 +123,8 @@ def compile_model(
     ValueError
         As in `compose`. Also, MuJoCo cannot compile the arena, or it does not fit into the room.
     """
-    model = _compiled(compose(scene, robot, camera, robots, fence=fence), scene.arena)
+    size = scene.wall_cm / ARENA_RADIUS_CM
+    model = _compiled(compose(scene, robot, camera, robots, fence=fence), scene.arena, size)
     if any(kind in ROUND for kind in model.geom_type[model.geom_group != COLLISION_GROUP]):
         model.vis.quality.numstacks = ROUND_STACKS
     model.vis.quality.offsamples = camera.multisample
@@ -153,13 +155,39 @@ def compile_arena(source: str) -> mujoco.MjModel:
     return _compiled(arena_spec(source), source)
 
 
-def _compiled(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
+def _compiled(spec: mujoco.MjSpec, source: str, size: float = 1.0) -> mujoco.MjModel:
     try:
         model = spec.compile()
     except ValueError as error:
         raise ValueError(f"arena {source}: {one_line(error)}") from None
-    check_room(model, source)
+    check_room(model, source, size)
     return model
+
+
+def set_room(spec: mujoco.MjSpec, scene: SceneConfig) -> None:
+    """Set the floor's reflectance, and the wall's distance with everything about it in proportion.
+
+    Parameters
+    ----------
+    spec
+        The arena.
+    scene
+        The settings.
+
+    Raises
+    ------
+    ValueError
+        The wall is to stand elsewhere, but its mesh is not the one that all built-in arenas have.
+    """
+    floor, wall, size = spec.geom("floor"), spec.mesh("wall"), scene.wall_cm / ARENA_RADIUS_CM
+    if scene.floor is not None:
+        spec.add_material(name="plain floor", rgba=[scene.floor] * 3 + [1.0], specular=0.0, shininess=0.0)
+        floor.material = "plain floor"
+    if size != 1.0:
+        if wall is None:
+            raise ValueError(f"arena {scene.arena}: wall_cm must be {ARENA_RADIUS_CM:g}, as no mesh is called wall")
+        wall.scale = size * wall.scale
+        floor.size = floor.size * [max(size, 1.0), max(size, 1.0), 1.0]
 
 
 def set_wall(spec: mujoco.MjSpec, path: str) -> None:
@@ -240,15 +268,15 @@ def _fill(texture: mujoco.MjsTexture, grey: npt.NDArray[np.uint8]) -> None:
     texture.data = np.repeat(grey[:, :, np.newaxis], 3, axis=2).tobytes()
 
 
-def _add_fence(spec: mujoco.MjSpec) -> None:
+def _add_fence(spec: mujoco.MjSpec, radius: float) -> None:
     """Add boxes that stop hulls at the wall. The wall that is drawn is a concave mesh, which cannot collide."""
     for panel in range(WALL_PANELS):
         turn = 2 * math.pi * (panel + 0.5) / WALL_PANELS
-        away = ARENA_RADIUS_CM / 100 * math.cos(math.pi / WALL_PANELS) + FENCE_DEPTH
+        away = radius * math.cos(math.pi / WALL_PANELS) + FENCE_DEPTH
         spec.worldbody.add_geom(
             name=f"{FENCE}{panel}", type=mujoco.mjtGeom.mjGEOM_BOX, group=COLLISION_GROUP, contype=2, conaffinity=2,
             pos=[away * math.cos(turn), away * math.sin(turn), FENCE_HEIGHT],
-            size=[FENCE_DEPTH, ARENA_RADIUS_CM / 100 * math.sin(math.pi / WALL_PANELS) + FENCE_DEPTH, FENCE_HEIGHT],
+            size=[FENCE_DEPTH, radius * math.sin(math.pi / WALL_PANELS) + FENCE_DEPTH, FENCE_HEIGHT],
             quat=[math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)],
         )  # fmt: skip
 

@@ -71,8 +71,10 @@ class DSNNParams:
     centre: the centre's sign everywhere."""
     rectified: bool = True
     """Whether F = LA - A is half-wave rectified; false passes it on with its sign (the paper names no rectifier)."""
-    lowpass: Literal["backward-euler", "exact"] = "backward-euler"
-    """Gain of every low-pass: dt / (dt + tau), or the exact 1 - exp(-dt / tau) (the paper gives neither)."""
+    lowpass: Literal["backward-euler", "exact", "two-tap", "two-tap-fdsr"] = "backward-euler"
+    """Low-passes (the paper gives no gain). backward-euler: recursive, with the gain a = dt / (dt + tau). exact: with
+    1 - exp(-dt / tau). two-tap: those of each cell, FDSR and delays, are a x(t) + (1 - a) x(t - 1) of their input, as
+    in the first author's public code. two-tap-fdsr: FDSR alone."""
 
     @classmethod
     def offline(cls, **changes: Any) -> Self:

@@ -7,7 +7,7 @@ EXPERIMENT = Experiment(
     summary="the lines of the approaches, the other way",
     design=Angular("recession"),
     varies="angle_deg",
-    claims=("C13", "C19", "C20"),
+    claims=("C13", "C19", "C20", "C32"),
 )
 
 if __name__ == "__main__":

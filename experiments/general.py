@@ -7,7 +7,7 @@ EXPERIMENT = Experiment(
     summary="straight approach and recession, a crossing each way",
     design=General(),
     varies="motion",
-    claims=("C13", "C14"),
+    claims=("C13", "C14", "C32"),
 )
 
 if __name__ == "__main__":

@@ -99,7 +99,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self.render_mode = options.render_mode
         # The class has every mode, as gym.make asks it; the checkers ask the env.
         modes = [mode for mode in ColiasEnv.metadata["render_modes"] if mode != "human" or has_screen()]
-        self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frame_skip}
+        self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frames_per_step}
         self._camera, self._robot = camera, robot = options.noisy_camera(), options.robot
         self._fastest, self._half_view = robot.max_speed_cm_s / 100, math.radians(camera.hfov_deg / 2)
         shape = camera.height, camera.width
@@ -264,7 +264,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._film = film(rng)
         if self._model is not None:
             self._model.reset()
-        self._frame(look=True)
+        self._frame(look=True, taken=True)
         self._begun = self._running = True
         if self._renderer:
             self._renderer.show()
@@ -276,7 +276,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         return self._observation(), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Apply one action for ``frame_skip`` frames.
+        """Apply one action for ``frame_skip`` frames, the last of which the vision model takes.
 
         Parameters
         ----------
@@ -315,9 +315,10 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._responses: list[Response] = []
         self._driven = 0.0
         terms: dict[str, float] = {}
-        skip = self.options.frame_skip
+        skip, processor = self.options.frames_per_step, self.options.processor
         for index in range(skip):
-            self._frame(look=self._model is not None or index == skip - 1)
+            taken = processor.takes(index, processor.every - 1)
+            self._frame(look=self._model is not None or index == skip - 1, taken=taken)
             for name, value in self._reward().items():
                 terms[name] = terms.get(name, 0.0) + value / skip
         terms["touch"] = -TOUCH_COST if self._touched else 0.0
@@ -446,12 +447,12 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._wheels, self._wheel_gains = np.zeros(2, np.float32), USUAL["wheel_gain"]
         self._responses = []
 
-    def _frame(self, look: bool) -> None:
-        """Advance the world by one frame; with ``look``, develop the camera's frame and run the model."""
+    def _frame(self, look: bool, taken: bool) -> None:
+        """Advance the world by one frame; with ``look``, develop the camera's frame; the model may take it."""
         self._advance(look)
         if look and self._sim.seeing:
             self._luma = self._sim.camera(self._observer.name).develop(self._film, self._sim.data.time).luma
-            if self._model is not None:
+            if taken and self._model is not None:
                 self._responses.append(self._model.step(self._luma))
 
     def _observation(self) -> Any:

@@ -18,7 +18,7 @@ from pydantic import (
 from pydantic.dataclasses import dataclass
 
 from colias_sim.config import Arena as Arena
-from colias_sim.config import CameraConfig, RobotConfig
+from colias_sim.config import CameraConfig, ProcessorConfig, RobotConfig
 from colias_sim.envs.randomise import PRESET, Range, camera_ends, checked_randomise
 from dsnn.field_docs import unit, with_field_docs
 from scenes.hints import nearest
@@ -99,8 +99,10 @@ class EnvOptions:
     """What the agent observes."""
     actions: Literal["wheels", "manoeuvres"] = "wheels"
     """Two wheel speeds, or one of seven manoeuvres."""
-    frame_skip: int = Field(default=1, ge=1, le=30)
-    """Camera frames, of 1/30 s, that an action lasts."""
+    frame_skip: int | None = Field(default=None, ge=1, le=30)
+    """Camera frames, of 1/30 s, that an action lasts: a multiple of processor.every, and by default just that."""
+    processor: ProcessorConfig = ProcessorConfig()
+    """The processor of the vision model, as {"every": 2}: of each two frames after a reset it takes the second."""
     robots: int = Field(default=1, ge=0, le=MOST_ROBOTS)
     """Other robots in the arena."""
     arena: Arena = "bright"
@@ -136,7 +138,16 @@ class EnvOptions:
                 "truth is that of a camera's frame, so observation must be pixels, neural or both, got state"
             )
         camera_ends(self.noisy_camera(), self.robot, self.randomise)
+        if self.frames_per_step % self.processor.every:
+            raise ValueError(
+                f"frame_skip must be a multiple of processor.every={self.processor.every}, got {self.frame_skip}"
+            )
         return self
+
+    @property
+    def frames_per_step(self) -> int:
+        """Number of camera frames that an action lasts."""
+        return self.frame_skip or self.processor.every
 
     def noisy_camera(self) -> CameraConfig:
         """Make the camera's settings in an episode without randomisation.

@@ -110,13 +110,16 @@ class Pathway:
     def step(self, la: npt.NDArray[np.float64]) -> None:
         """Process this pathway's signal of one frame."""
         p = self._params
-        before, self.la = self.la, la
+        (before, self.la), f_before = (self.la, la), self.f
         if p.fdsr:
             fast, slow = p.alpha(p.tau_fast), p.alpha(p.tau_slow)
-            self.f, self._adaptation = fdsr(la, before, self._adaptation, fast, slow, p.rectified)
+            state = before if p.lowpass in ("two-tap", "two-tap-fdsr") else self._adaptation
+            self.f, self._adaptation = fdsr(la, before, state, fast, slow, p.rectified)
         else:
             self.f = la
-        self._delays = delayed(self.f, self._delays, self._alphas)
+        # Of two taps the second is the last input: it stands where the recursive filter has its last output.
+        states = [f_before] * len(self._alphas) if p.lowpass == "two-tap" else self._delays
+        self._delays = delayed(self.f, states, self._alphas)
         gain = p.alpha(p.tau_mp)
         self.lp_hs += gain * (correlate(self.f, self._delays, p.d, p.w_i, axis=1) - self.lp_hs)
         self.lp_vs += gain * (correlate(self.f, self._delays, p.d, p.w_i, axis=0) - self.lp_vs)

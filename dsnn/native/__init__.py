@@ -134,6 +134,7 @@ def _network_config(shape: tuple[int, int], params: DSNNParams) -> tuple[Any, li
             rectified=q.rectified, common=q.polarity == "common", w_i=q.w_i, sigma_l=q.sigma_l,
             left_fast=1.0 - q.alpha(q.tau_fast), left_slow=1.0 - q.alpha(q.tau_slow), alpha_mp=q.alpha(q.tau_mp),
             scale=rows * columns * q.k_sig, k_sp=q.k_sp, t_sp=q.t_sp,
+            taps_fdsr=q.lowpass in ("two-tap", "two-tap-fdsr"), taps_delay=q.lowpass == "two-tap",
         )
         | dict(zip(("residues", "kernel_e", "kernel_i", "alphas"), tables, strict=True)),
     )  # fmt: skip

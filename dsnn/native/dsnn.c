@@ -89,7 +89,7 @@ dsnn *dsnn_make(void *memory, size_t size, const dsnn_config *config)
     m->passes = passes_for_this_processor();
     m->follows = 0;
     for (j = 0; j < m->spacings; j++)
-        m->left[j] = 1.0f - m->config.alphas[j];
+        m->left[j] = (1.0f - m->config.alphas[j]) / (config->taps_delay ? m->config.alphas[j] : 1.0f);
     dsnn_reset(m);
     return m;
 }

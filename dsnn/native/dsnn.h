@@ -50,6 +50,8 @@ typedef struct {
     const float *kernel_e;   /* 4 d + 1: one half of the Gaussian of width d, its centre first */
     const float *kernel_i;   /* 8 d + 1: one half of the Gaussian of width 2 d */
     const float *alphas;     /* n_con: alpha(tau_s) from the nearest pair to the farthest */
+    int32_t taps_fdsr;       /* 1: the adaptation is alpha x(t) + (1 - alpha) x(t - 1) of its input; 0: recursive */
+    int32_t taps_delay;      /* the same of the delays; alphas must be above 0 then */
 } dsnn_config;
 
 typedef struct {

@@ -58,11 +58,12 @@ struct dsnn {
     float *la[2];          /* rows x pitch: the lamina's signal, ON and OFF */
     float *adapted[2];     /* rows x pitch: LA less its adaptation, not rectified */
     float *f[2], *wf[2];   /* (rows + 2 margin_y) x width: F, and w_i F */
-    float *delayed;        /* rows x 2 x spacings x pitch: sum of F with geometric weights; alpha times it is D_j */
+    float *delayed;        /* rows x 2 x spacings x pitch: sum of F with geometric weights; alpha times it is D_j.
+                              With two taps F of the last frame */
     float *blur_e, *blur_i; /* radius + pitch + radius: one row, blurred down the columns */
     float *row;            /* pitch: a row of the frame as floats */
     float *inside;         /* pitch: 1 inside the image, 0 beyond */
-    float *left;           /* spacings: 1 - alpha(tau_s) */
+    float *left;           /* spacings: 1 - alpha(tau_s); with two taps over alpha */
     size_t states;         /* where reset begins to clear, and how many bytes */
     size_t states_size;
 };

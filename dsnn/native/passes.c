@@ -143,14 +143,16 @@ VISION_INLINE pathways lamina(const dsnn *m, int32_t y, int32_t x, int32_t radiu
 }
 
 /* The adaptation of one pathway's eight cells: fast on a rise, slow on a fall (fdsr-lowpass, fdsr-subtraction).
- * Kept as what is left of LA, g(t) = (1 - alpha) (g(t - 1) + LA(t) - LA(t - 1)), which is the same. */
+ * Kept as what is left of LA, g(t) = (1 - alpha) (g(t - 1) + LA(t) - LA(t - 1)), which is the same.
+ * With two taps nothing is kept, so that g(t - 1) stays 0. */
 VISION_INLINE lanes adapt(float *adapted, lanes la, lanes before, lanes left_fast, lanes left_slow,
-                          int32_t rectified)
+                          int32_t rectified, int32_t taps)
 {
     const lanes zero = lanes_of(0.0f), change = sub(la, before);
     const lanes left = add(where_ge(change, zero, left_fast), where_lt(change, zero, left_slow));
     const lanes g = flushed(mul(left, add(load(adapted), change)));
-    store(adapted, g);
+    if (!taps)
+        store(adapted, g);
     return rectified ? positive(g) : g;
 }
 
@@ -161,7 +163,7 @@ VISION_INLINE void contrast_row(dsnn *m, int32_t y, int32_t radius_e, int32_t ra
     const lanes tiny = lanes_of(VISION_TINY), sigma_l = lanes_of(c->sigma_l);
     const lanes left_fast = lanes_of(c->left_fast), left_slow = lanes_of(c->left_slow), w_i = lanes_of(c->w_i);
     const size_t at = (size_t)y * (size_t)m->pitch;
-    const int32_t pitch = m->pitch, fdsr = c->fdsr, rectified = c->rectified;
+    const int32_t pitch = m->pitch, fdsr = c->fdsr, rectified = c->rectified, taps = c->taps_fdsr;
     float *la[2], *adapted[2], *f[2], *wf[2];
     int32_t x, i;
     for (i = 0; i < 2; i++) {
@@ -178,7 +180,8 @@ VISION_INLINE void contrast_row(dsnn *m, int32_t y, int32_t radius_e, int32_t ra
             const lanes before = load(la[i] + x);
             const lanes sum = add(i == 0 ? split.on : split.off, mul(sigma_l, before)); /* halfwave */
             const lanes now = where_ge(sum, tiny, sum);
-            const lanes signal = fdsr ? adapt(adapted[i] + x, now, before, left_fast, left_slow, rectified) : now;
+            const lanes signal =
+                fdsr ? adapt(adapted[i] + x, now, before, left_fast, left_slow, rectified, taps) : now;
             store(la[i] + x, now);
             store(f[i] + x, signal);
             store(wf[i] + x, flushed(mul(w_i, signal)));
@@ -199,8 +202,9 @@ static void contrast(dsnn *m)
 }
 
 /* Delay F at every spacing s and sum D(x) (F(x + s) - w_i F(x - s)) over the field, along x and along y
- * (dynamic-lowpass, medulla-HS-EI to lobula-VS-EI). A sum is alpha times that of the states as they are stored. */
-VISION_INLINE void correlate_field(dsnn *m, double fields[2][2], int32_t rectified)
+ * (dynamic-lowpass, medulla-HS-EI to lobula-VS-EI). A sum is alpha times that of the states as they are stored.
+ * With two taps D is alpha times the sum of F and its last value, which alone is stored. */
+VISION_INLINE void correlate_field(dsnn *m, double fields[2][2], int32_t rectified, int32_t taps)
 {
     const lanes tiny = lanes_of(VISION_TINY);
     const int32_t pitch = m->pitch, d = m->config.d, rows = m->config.rows, spacings = m->spacings;
@@ -221,7 +225,7 @@ VISION_INLINE void correlate_field(dsnn *m, double fields[2][2], int32_t rectifi
                 for (x = 0; x < pitch; x += LANES) {
                     const lanes sum = add(mul(left, load(state + x)), load(f + x));
                     const lanes now = rectified ? where_ge(sum, tiny, sum) : flushed(sum);
-                    store(state + x, now);
+                    store(state + x, taps ? load(f + x) : now);
                     sum_hs = add(sum_hs, mul(now, sub(load(f + x + along), load(wf + x - along))));
                     sum_vs = add(sum_vs, mul(now, sub(load(f + x + down), load(wf + x - down))));
                 }
@@ -239,10 +243,12 @@ VISION_INLINE void correlate_field(dsnn *m, double fields[2][2], int32_t rectifi
 
 static void correlate(dsnn *m, double fields[2][2])
 {
-    if (m->config.rectified) /* F has no sign there, and the inner loop one operation less */
-        correlate_field(m, fields, 1);
+    if (m->config.taps_delay)
+        correlate_field(m, fields, 0, 1);
+    else if (m->config.rectified) /* F has no sign there, and the inner loop one operation less */
+        correlate_field(m, fields, 1, 0);
     else
-        correlate_field(m, fields, 0);
+        correlate_field(m, fields, 0, 0);
 }
 
 static void maps(dsnn *m, float *p, float *la, float *f_on, float *f_off)

@@ -4,7 +4,8 @@ Every random draw of ``experiments`` comes from `stream`; those of clips come fr
 env's world and film from `colias_sim.streams`.
 
 - A **trial** with the robot has a seed of its own, hashed from the run's seed and the trial's index
-  (`experiments.show.robot.trial_seed`), and draws from three streams at that seed.
+  (`experiments.show.robot.trial_seed`), and draws from three streams at that seed; from a fourth where a processor
+  skips frames.
 - Repeat r of a **clip**, and episode r of a **behaviour**, have the run's seed plus r. So episode 1 of a run with seed
   0 is what episode 0 of a run with seed 1 is; within a run no two repeats are alike. Repeat r of a clip has scene r
   too (`experiments.show.clips.clips_of`).
@@ -37,6 +38,8 @@ KEYS: Mapping[str, tuple[int, ...]] = {
     "conformance.frame": (ROOM, 17),  # that a model is shown again and again
     "trial.shuffled": (ROOM, 19),  # the order of frames in a control
     "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
+    "plausible.box": (ROOM, 20),  # apparatus drawn from what nobody knows
+    "trial.processor": (ROOM, 19),  # the first frame that a processor takes
 }
 """Name -> the spawn key that tells its numbers from the others'. A new name takes a new key."""
 

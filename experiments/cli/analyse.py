@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import BOARDS, shipped
@@ -66,6 +67,7 @@ def sweep(
     out: options.Out = None,
     assignments: options.Assignments = None,
     model: options.Models = None,
+    dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
@@ -78,13 +80,15 @@ def sweep(
     """
     pool = options.pool(workers, cluster, quiet)
     if experiment == MODEL_CLAIMS:
+        if dry_run:
+            raise UsageError(f"--dry-run: {MODEL_CLAIMS} is not planned before it runs; leave it out")
         from experiments.base.files import results_folder
 
         return _model_claims(model or ["all"], results_folder(out, MODEL_CLAIMS), seed, pool)
     given = {"over": over, "claims": _names(claims), "measures": _names(measure), "replicates": replicates}
     asked = Asked(kind="sweep", what=tuple(experiment.split(",")), models=tuple(model or ()),
                   values=key_values(assignments), repeats=repeats, seed=seed, options=given)  # fmt: skip
-    return options.finish(asked, out, pool)
+    return options.finish(asked, out, pool, dry=dry_run)
 
 
 def _names(text: str | None) -> list[str] | None:

@@ -41,6 +41,9 @@ OwnPictures = Annotated[
     typer.Option("--pictures", metavar="FOLDER", help="Pictures behind objects of clips, and on the arena's wall."),
 ]
 Controls = Annotated[bool, typer.Option("--controls", help="Show each trial again: frozen, mirrored and so on.")]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Say how many trials there are, and about how long they take. Run none.")
+]
 Jitter = Annotated[float, typer.Option(metavar="PX", help="Standard deviation of a trembling camera's shifts, px.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone.")]
 Recordings = Annotated[bool, typer.Option(help="Write a Rerun recording of each trial.")]
@@ -82,7 +85,7 @@ def check_new(folder: Path) -> None:
         raise UsageError(f"{folder} must be a new or an empty folder")
 
 
-def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "") -> int:
+def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "", *, dry: bool = False) -> int:
     """Do the run that was asked for, and print what it comes to.
 
     Parameters
@@ -93,17 +96,26 @@ def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "") -> int
         The run's folder; otherwise a new one of this name, or of the name of the plan.
     workers
         Where its trials are done.
+    dry
+        Whether to say what it comes to, and to do nothing.
 
     Returns
     -------
     int
         The exit status: 1 if trials or users' judges failed.
     """
-    from experiments.base.console import print_troubles
+    from experiments.base.console import out_console, print_troubles
     from experiments.base.files import results_folder
     from experiments.kinds.kind import perform, planned
+    from experiments.store.plan import forecast
 
     plan = planned(asked)
+    if dry:
+        told = forecast(plan, workers.width)
+        minutes, size = (f"{told[name]:,.{int(told[name] < 10)}f}" for name in ("minutes", "MB"))
+        counts = f"{told['conditions']:,} conditions, {told['trials']:,} {plan.things}"
+        out_console.print(f"{plan.name}: {counts}, some {minutes} minutes {workers.where()}, {size} MB")
+        return 0
     done = perform(plan, results_folder(out, name or plan.name), workers)
     if not workers.quiet:
         kind_of(asked.kind).show(done)

@@ -41,6 +41,7 @@ def run(
     recordings: options.Recordings = True,
     truth: Annotated[bool, typer.Option("--truth", help="Store what truly moved in each frame too.")] = False,
     controls: options.Controls = False,
+    dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
@@ -65,7 +66,7 @@ def run(
         options={"eyes": eyes, "recordings": recordings, "truth": truth, "controls": controls,
                  "pictures": pictures and str(pictures)},
     )  # fmt: skip
-    return options.finish(asked, out, pool)
+    return options.finish(asked, out, pool, dry=dry_run)
 
 
 def _repeat(run: Path, out: Path | None, pool: Pool) -> int:

@@ -33,6 +33,10 @@ Share = tuple[range, Mapping[str, ConfiguredModel]]
 """Numbers of trials, and the models that see them at a point by their names without the grid's values."""
 ClaimAt = Callable[[Claim, Mapping[str, str]], Claim]
 Tables = Mapping[str, list[dict[str, Any]]]
+Fewer = Callable[[Mapping[str, str]], int]
+Play = Callable[[Study, int], "Sweep"]
+"""Plays a study at a seed, in a folder of its name within that of a sweep."""
+Then = Callable[["Sweep", Play], Tables]
 
 
 def slack(outcome: Outcome) -> float | None:
@@ -84,6 +88,10 @@ class Sweep:
         Makes the claim that is judged at a point, from the claim and the point's levels by axis.
     further
         Makes further tables of a sweep that was played: a list of rows by title.
+    fewer
+        Number of replicates at a point, by its levels, where that may be less than the study's.
+    then
+        Makes further tables that need further sweeps, which it plays.
     """
 
     study: Study
@@ -102,11 +110,17 @@ class Sweep:
     failures: Sequence[Mapping[str, Any]] = ()
     claim_at: ClaimAt | None = None
     further: Callable[[Sweep], Tables] | None = None
+    fewer: Fewer | None = None
+    then: Then | None = None
 
     @property
     def experiments(self) -> tuple[str, ...]:
         """The names of the experiments whose trials it runs."""
         return tuple(dict.fromkeys(experiment for _, _, experiment, _ in self.shares))
+
+    def replicates_at(self, point: Point) -> int:
+        """Return the number of replicates at a point."""
+        return min(self.study.replicates, self.fewer(dict(point)) if self.fewer else self.study.replicates)
 
     @cached_property
     def outcomes(self) -> dict[tuple[Point, str, str], tuple[Outcome, ...]]:
@@ -231,7 +245,7 @@ def read(sweep: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Map
     by_trial = group(rows, "trial", "model")
     found: dict[tuple[Point, str], list[Replicate]] = {}
     for point, judge in sweep.judged:
-        for number in range(sweep.study.replicates):
+        for number in range(sweep.replicates_at(point)):
             own: list[Mapping[str, Any]] = []
             lost = Counter[tuple[str, str]]()
             models: dict[str, Any] = {}

@@ -153,6 +153,18 @@ def proportion_interval(count: float, of: float) -> tuple[float, float]:
     return low, high
 
 
+def mcnemar(first_only: int, second_only: int) -> float:
+    """Return the exact two-sided p of McNemar's test, of the pairs that differ; 1 where none does.
+
+    References
+    ----------
+    McNemar 1947, Note on the sampling error of the difference between correlated proportions, Psychometrika 12.
+    """
+    n = first_only + second_only
+    fewest = sum(math.comb(n, k) for k in range(min(first_only, second_only) + 1))
+    return float(min(1.0, 2 * fewest / 2**n))
+
+
 def poisson_interval(count: float) -> tuple[float, float]:
     """Return the exact 95 % interval of the expectation of a Poisson count.
 

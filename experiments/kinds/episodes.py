@@ -15,6 +15,7 @@ import polars as pl
 from colias_sim.arena import arena_files
 from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
+from colias_sim.envs.options import checked
 from colias_sim.envs.randomise import PRESET
 from experiments.base.console import count, progress, show_files
 from experiments.base.errors import UsageError, check_known, check_unique
@@ -78,9 +79,10 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
     check_counts(asked.seed, number, "--episodes")
     reference, loaded = (compared or [first.name])[0], list(map(load_behaviour, played))
     check_unique("two behaviours", [behaviour.name for behaviour in loaded])
+    processor = checked(ENVS[where].options_type, options).processor
     trials = []
     for place, behaviour in enumerate(loaded):
-        sees_by = (choose(behaviour.model),) if behaviour.senses == "neural" else ()
+        sees_by = (choose(behaviour.model, processor=processor),) if behaviour.senses == "neural" else ()
         for repeat in range(number):
             index = place * number + repeat
             trials.append(EpisodeTrial("behave", index, repeat, asked.seed + repeat, played[place], sees_by))

@@ -82,7 +82,7 @@ def box_of(fit: Fit) -> tuple[Ranges, list[str]]:
         box[name] = _distribution(name.split("+")[0], ends, sections)
     if not box:
         raise UsageError("--over: a fit needs one parameter or more, for example --over dsnn.t_sp=0.05..0.3")
-    return box, [name for name in box if name.partition(".")[0] not in networks]
+    return box, [name for name in box if name.partition(".")[0] not in {*networks, "processor"}]
 
 
 def _distribution(key: str, ends: str, sections: Mapping[str, Any]) -> Any:

@@ -79,6 +79,8 @@ def plan(asked: Asked) -> Plan[LogTrial]:
     of_model = _of_models(path, table, declared, asked.models, frames)
     texts = list(dict.fromkeys([*(declared.get(label, label) for label in of_model), *asked.models]))
     chosen, settings = configure(experiment, texts, asked.values)
+    if any(model.processor.every > 1 for model in settings.models):
+        raise UsageError("processor.every must be 1: a log has the frames that the robot's network took")
     by_text = dict(zip(texts, settings.models, strict=True))
     ran = {label: by_text[declared.get(label, label)] for label in of_model}
     playing = {label: logged(model, of_model[label]) for label, model in ran.items()}

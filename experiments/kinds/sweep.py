@@ -16,10 +16,10 @@ from experiments.base.console import show_places
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.study import Levels, Study
-from experiments.judge.sweep import ClaimAt, Sweep, Tables, read
+from experiments.judge.sweep import ClaimAt, Fewer, Play, Sweep, Tables, Then, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
-from experiments.kinds.kind import Kind, concluding
+from experiments.kinds.kind import Kind
 from experiments.kinds.registry import shipped_study, typed
 from experiments.kinds.result import Run
 from experiments.kinds.sweep_plan import sweep_of
@@ -87,11 +87,11 @@ def _probed(trial: Trial, *, columns: Any) -> TrialRecord:
 
 def plan_of(
     study: Study, asked: Asked, *, probe: Probe | None = None, further: Callable[[Sweep], Tables] | None = None,
-    only: Levels | None = None, claim_at: ClaimAt | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None, fewer: Fewer | None = None, then: Then | None = None,
 ) -> Plan[Any]:  # fmt: skip
     """Return the plan of a study; ``probe`` as of `of_checked`, ``further`` of a `Sweep`, the others of `sweep_of`."""
-    checked = sweep_of(study, asked.seed, repeats=asked.repeats, only=only, claim_at=claim_at)
-    return of_checked(dataclasses.replace(checked, further=further), asked, probe)
+    checked = sweep_of(study, asked.seed, repeats=asked.repeats, only=only, claim_at=claim_at, fewer=fewer)
+    return of_checked(dataclasses.replace(checked, further=further, then=then), asked, probe)
 
 
 def of_checked(sweep: Sweep, asked: Asked, probe: Probe | None = None) -> Plan[Any]:
@@ -119,13 +119,26 @@ def played(plan: Plan[Any], out: Path, pool: Workers) -> Sweep:
         return read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
 
 
-def conclude(plan: Plan[Any], folder: RunFolder) -> None:
+def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
+    """Do what a folder lacks of a sweep, and conclude."""
+
+    def play(study: Study, seed: int) -> Sweep:
+        further = plan_of(study, Asked(kind="sweep", declared=study, seed=seed))
+        return played(further, out / study.name, pool)
+
+    with filled(plan, out, pool) as folder:
+        conclude(plan, folder, play)
+
+
+def conclude(plan: Plan[Any], folder: RunFolder, play: Play) -> None:
     """Judge the claims, and write ``outcomes.csv``, ``counts.csv``, ``NAME.json`` and ``NAME.svg``."""
     from experiments.draw import style  # not before: workers do without matplotlib
     from experiments.draw import sweep as report
 
     result = read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
     described, name = result.described(), plan.name
+    if result.then:
+        described["tables"] = {**described["tables"], **result.then(result, play)}
     folder.write_rows("outcomes.csv", result.table.to_dicts())
     folder.write_rows("counts.csv", [*described["counts"], *described["numbers"]])
     folder.write_json(f"{name}.json", described)
@@ -160,4 +173,4 @@ def show(run: Run) -> None:
     show_places({"figure": run.folder / f"{run.name}.png", "table": run.folder / "counts.csv"})
 
 
-KIND = Kind(plan, concluding(conclude), draw, show, summary="counts.csv")
+KIND = Kind(plan, work, draw, show, summary="counts.csv")

@@ -20,7 +20,7 @@ from experiments.declare.experiment import Experiment
 from experiments.declare.study import WHOLE, Levels, Study
 from experiments.judge import measures as measuring
 from experiments.judge.replicates import EVERY_MODEL, MODEL
-from experiments.judge.sweep import ClaimAt, Share, Sweep
+from experiments.judge.sweep import ClaimAt, Fewer, Share, Sweep
 from experiments.kinds import registry, trials
 from experiments.kinds.registry import answering_for, asked_models, claims_of
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
@@ -51,7 +51,8 @@ class Part:
 
     def base_of(self, model: ConfiguredModel) -> Base:
         """Return the sections of ``--set`` that the trials of a model read."""
-        return {**self.base, model.section: model.network}
+        processor = {"processor": model.processor} if isinstance(self.declared, Experiment) else {}
+        return {**self.base, model.section: model.network, **processor}
 
 
 def settled(model: ConfiguredModel) -> set[str]:
@@ -136,7 +137,7 @@ def sections_of(declared: Any) -> Base:
 
 def sweep_of(
     study: Study, seed: int = 0, models_in: Mapping[str, Sequence[str]] | None = None, *, repeats: int | None = None,
-    only: Levels | None = None, claim_at: ClaimAt | None = None,
+    only: Levels | None = None, claim_at: ClaimAt | None = None, fewer: Fewer | None = None,
 ) -> Sweep:  # fmt: skip
     """Check a study and list all its trials.
 
@@ -155,6 +156,8 @@ def sweep_of(
     claim_at
         As of a `Sweep`. The points are then read off one run of the off-line experiment, with its own models and the
         first of the study's.
+    fewer
+        As of a `Sweep`.
 
     Raises
     ------
@@ -191,7 +194,7 @@ def sweep_of(
     fixed = frozenset((point, name) for name, *_, random, _, watching in shown if not random for point in watching)
     if not any(random for *_, random, _, _ in shown):
         study = dataclasses.replace(study, replicates=1)
-    specs, shares = _trials(shown, study.replicates, judged[0] if models_in or not on_robot else None)
+    specs, shares = _trials(shown, study.replicates, fewer, judged[0] if models_in or not on_robot else None)
     if claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
     there = {(point, name) for point, name, *_ in shares}
@@ -205,7 +208,7 @@ def sweep_of(
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
     return Sweep(
         study, claims, measures, axes, judged_at, seed, tuple(specs), shares, each, fixed, resolved, parameters,
-        claim_at=claim_at,
+        claim_at=claim_at, fewer=fewer,
     )  # fmt: skip
 
 
@@ -222,22 +225,24 @@ def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
 
 
 def _trials(
-    shown: Sequence[tuple[Any, ...]], replicates: int, whole: str | None
+    shown: Sequence[tuple[Any, ...]], replicates: int, fewer: Fewer | None, whole: str | None
 ) -> tuple[list[Any], dict[tuple[Point, str, str, int], Share]]:
     """Return all trials, one replicate after the other, and at which points and models each of them counts.
 
-    ``shown`` has each rendering after its experiment's name. Where all models of a point are judged together, ``whole``
-    is the name under which they are.
+    ``shown`` has each rendering after its experiment's name; points have all ``replicates``, or ``fewer``. Where all
+    models of a point are judged together, ``whole`` is the name under which they are.
     """
     specs: list[Any] = []
     shares: dict[tuple[Point, str, str, int], Share] = {}
     for replicate, (name, _, rendered, random, variants, watching) in product(range(replicates), shown):
-        if replicate and not random:  # it would be replicate 0 once more
+        counting = {point: seen for point, seen in watching.items() if not fewer or replicate < fewer(dict(point))}
+        if not counting or (replicate and not random):  # it would be replicate 0 once more
             continue
-        found = rendered(replicate, tuple(variants.values()))
+        labels = {model.label for seen in counting.values() for model in seen.values()}
+        found = rendered(replicate, tuple(model for label, model in variants.items() if label in labels))
         numbers = range(len(specs), len(specs) + len(found))
         specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
-        for point, seen in watching.items():
+        for point, seen in counting.items():
             if whole is None:
                 shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
             else:
@@ -308,11 +313,16 @@ def _renderings(
             for axis, level in point:
                 if axis in parameters:
                     parameters[axis][label] = values_of(axes[axis])[level] if (axis, level) in moved else None
-            own = {key.partition(".")[2]: value for key, value in values.items()
-                   if key.partition(".")[0] == model.section}  # fmt: skip
-            network = with_values(model.section, model.network, own)
-            variants.setdefault(label, dataclasses.replace(model, label=label, network=network))
+            network, processor = (
+                with_values(section, value, {key.partition(".")[2]: text for key, text in values.items()
+                                         if key.partition(".")[0] == section})
+                for section, value in ((model.section, model.network), ("processor", model.processor))
+            )  # fmt: skip
+            moved_model = dataclasses.replace(model, label=label, network=network, processor=processor)
+            variants.setdefault(label, moved_model)
             watching.setdefault(point, {})[model.label] = variants[label]
         if watching:
-            renderings.append((*part.render(dict(setting)), variants, watching))
+            conditions, specs, random = part.render(dict(setting))
+            skipping = any(model.processor.every > 1 for model in variants.values())  # frames that the seed decides
+            renderings.append((conditions, specs, random or skipping, variants, watching))
     return renderings

@@ -60,6 +60,9 @@ CLAIMS: Mapping[str, str] = {
 STUDIES: Mapping[str, str] = {
     "fidelity": "experiments.paper.studies.robot:FIDELITY",
     "eye-range": "experiments.paper.studies.robot:EYE_RANGE",
+    "why": "experiments.paper.studies.why:STUDY",
+    "plausible": "experiments.paper.studies.plausible:STUDY",
+    "plausible-pilot": "experiments.paper.studies.plausible:PILOT",
     "fitted-feedback": "experiments.paper.studies.robot:FITTED_FEEDBACK",
     "detectors": "experiments.paper.studies.detectors:STUDY",
     "onboard": "experiments.paper.studies.onboard:STUDY",

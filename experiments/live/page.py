@@ -233,7 +233,7 @@ class Page:
         for runner, response in zip(session.runners, session.responses.values(), strict=True):
             label, channel = runner.label, runner.chosen.counted
             if response is None:
-                lines.append(f"**{label} raised**\n```\n{runner.trouble}\n```")
+                lines.append(f"**{label} raised**\n```\n{runner.trouble}\n```" if runner.trouble else label)
                 continue
             value = f"{channel.upper()} {getattr(response, channel):+.3f}, " if channel else ""
             lines.append(f"{label}: {value}{1000 * session.cost_s[label]:.2f} ms a frame")

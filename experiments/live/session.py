@@ -19,7 +19,6 @@ from experiments.settings.parameters import cell
 from experiments.show.play import ModelRunner, Sample, Showing, change
 from experiments.show.robot import HandDrive, RobotSource, trials_of
 from experiments.store.asked import Asked
-from scenes import ARENA_RADIUS_CM
 
 START: Mapping[RobotName, Place] = {"stimulus": (12.0, 11.0, -90.0), "observer": (0.0, 0.0, 0.0)}
 """Places at the start: the stimulus is out of view and points across it."""
@@ -46,7 +45,7 @@ class Session:
     number
         Frames since the beginning of the trial.
     cost_s
-        Model's label -> time that it took for the last frame.
+        Model's label -> time that it took for the last frame that it saw.
     interval_s
         Time between two frames.
     speed_cm_s
@@ -96,7 +95,7 @@ class Session:
         sample = next(self._samples)
         self.number += 1
         costs = zip(self.runners, before, strict=True)
-        self.cost_s = {runner.label: runner.seconds - earlier for runner, earlier in costs}
+        self.cost_s |= {runner.label: cost for runner, earlier in costs if (cost := runner.seconds - earlier)}
         return sample
 
     def begin(self, places: Mapping[RobotName, Place] | None = START) -> None:
@@ -109,7 +108,7 @@ class Session:
         asked = Asked(kind="trials", values=settings, repeats=1, seed=self.seed)
         (spec,) = trials_of(*checked(hand, self.models, asked), self.seed)
         with as_usage_error():
-            showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False)
+            showing = Showing(RobotSource(spec, spec.settings.camera), spec.models, keep=False, seed=spec.seed)
         self.settings, self.spec, self._places = settings, spec, places
         self.trial: RobotSource = showing.source
         self._drive = cast(HandDrive, self.trial.drive)
@@ -147,13 +146,14 @@ class Session:
         poses = self.poses
         for robot in ROBOTS:
             ahead, turn = self._moves.get(robot, (0.0, 0.0))
-            if any(_blocked(poses[robot], poses[other], ahead) for other in ROBOTS if other != robot):
+            away_cm = self.spec.settings.scene.wall_cm
+            if any(_blocked(poses[robot], poses[other], ahead, away_cm) for other in ROBOTS if other != robot):
                 ahead = 0.0
             self._drive.command(robot, float(ahead * self.speed_cm_s), float(turn))
 
     def hand(self) -> Hand:
         """Return the commands and changes since the trial began, as data."""
-        if not self.trial.number:
+        if self.trial.number <= max(runner.phase for runner in self.runners):  # no model has seen anything
             raise UsageError("nothing has happened yet")
         places = self._places
         return Hand(
@@ -177,12 +177,12 @@ class Session:
         return done
 
 
-def _blocked(pose: Pose, other: Pose, ahead: float) -> bool:
-    """Say whether a robot that drives on would come too near the wall or the other robot."""
+def _blocked(pose: Pose, other: Pose, ahead: float, away_cm: float) -> bool:
+    """Say whether a robot that drives on would come too near the wall, so far away, or the other robot."""
     way = math.copysign(0.01, ahead)
     x, y = pose.x + way * math.cos(pose.heading), pose.y + way * math.sin(pose.heading)
     here, there = math.hypot(pose.x, pose.y), math.hypot(x, y)
-    if 100 * there > ARENA_RADIUS_CM - ROOM_CM and there > here:
+    if 100 * there > away_cm - ROOM_CM and there > here:
         return True
     now, then = (math.hypot(px - other.x, py - other.y) for px, py in ((pose.x, pose.y), (x, y)))
     return 100 * then < 4.0 + ROOM_CM / 2 and then < now

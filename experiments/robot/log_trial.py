@@ -30,7 +30,7 @@ from experiments.store.recordings import Images
 from experiments.store.tables import COLUMN, OBSERVER
 
 Floats = npt.NDArray[np.float64]
-UNKNOWN = ("achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "closest_cm",
+UNKNOWN = ("phase", "achieved_speed_cm_s", "path_error_mm", "drift_mm", "drive", "darkest", "brightest", "closest_cm",
            "seconds_in_view")  # fmt: skip
 """Columns of ``trials.parquet`` of which a robot's log knows nothing; of the last two with a tracker it does."""
 RATE_TOLERANCE = 0.001
@@ -110,7 +110,7 @@ class LogTrial(Trial):
                 truth["stimulus_bearing_deg"] = math.degrees(ahead)
             yield Sample(row[TIME], image, truth)
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return the robot that sees, and the condition. A robot's trial has no seed."""
         return {"robot": OBSERVER, "seed": None, **self.condition.columns()}
 

@@ -10,11 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from colias_sim.config import CameraConfig
+from colias_sim.config import CameraConfig, ProcessorConfig
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
 from dsnn.model import SPIKING
 from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.base.user_code import declared, is_file, named_file
+
+EVERY_FRAME = ProcessorConfig()
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,8 @@ class ConfiguredModel:
     """The model as typed after ``--model``, with its settings."""
     section: str = field(default="", compare=False, repr=False)
     """Its section of ``--set``."""
+    processor: ProcessorConfig = EVERY_FRAME
+    """The processor that it runs on, which may skip frames."""
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -77,7 +81,7 @@ class ConfiguredModel:
         fields = {
             field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network) if field.init
         }
-        return rebuilt, (self.label, self.source, fields)
+        return rebuilt, (self.label, self.source, fields, self.processor)
 
 
 EYE, CONTROL = "@", "~"
@@ -111,10 +115,10 @@ def counted_channel(channels: Collection[str]) -> str:
     return next((channel for channel in SPIKING if channel in channels), "")
 
 
-def rebuilt(label: str, source: str, fields: Mapping[str, Any]) -> ConfiguredModel:
-    """Return a model with the values of its parameters, as a worker receives them or ``run.json`` has them."""
+def rebuilt(label: str, source: str, fields: Mapping[str, Any], processor: ProcessorConfig) -> ConfiguredModel:
+    """Return a model with the values of its parameters, as a worker receives them."""
     entry = load_model(source)
-    return ConfiguredModel(label, source, dataclasses.replace(entry.robot, **fields), entry)
+    return ConfiguredModel(label, source, dataclasses.replace(entry.robot, **fields), entry, processor=processor)
 
 
 NO_SPIKES = "this model does not spike: it has no threshold called t_sp, nor one that ModelEntry.thresholds names"
@@ -129,7 +133,7 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
     Parameters
     ----------
     models
-        Models, each with a rate of frames that it is shown, 1/s.
+        Models, each with a rate of the camera's frames, 1/s, of which its processor may skip some.
 
     Returns
     -------
@@ -137,7 +141,8 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
         A line for each model and rate.
     """
     notes = {}
-    for model, rate in models:
+    for model, frames_per_s in models:
+        rate = frames_per_s / model.processor.every
         if model.fps is not None and abs(rate - model.fps) > RATE_TOLERANCE * model.fps:
             name = model.source if model.label.isdigit() else model.label  # a label is a setting's number in a fit
             notes[f"{name} assumes {model.fps:g} frames/s and receives {rate:g}"] = True
@@ -156,11 +161,13 @@ def load_model(source: str) -> ModelEntry:
     return entry
 
 
-def choose(source: str, tests: Literal["robot", "offline"] = "robot") -> ConfiguredModel:
+def choose(
+    source: str, tests: Literal["robot", "offline"] = "robot", processor: ProcessorConfig = EVERY_FRAME
+) -> ConfiguredModel:
     """Return the model ``source`` with its parameters for the robot's tests, or for the off-line ones."""
     entry = load_model(source)
     absolute = str(Path(source).resolve()) if is_file(source) else source
-    return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry)
+    return ConfiguredModel(entry.name, absolute, entry.preset(tests), entry, processor=processor)
 
 
 def family(name: str, kind: type | None = None) -> str:
@@ -286,7 +293,7 @@ def families(chosen: Sequence[ConfiguredModel]) -> list[str]:
         name = family(section, kind)
         if kinds.setdefault(name, kind) is not kind:
             name = section
-        if name in ("robot", "camera", "scene", "experiment"):
+        if name in ("robot", "camera", "scene", "processor", "experiment"):
             raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
         found.append(name)
     return found

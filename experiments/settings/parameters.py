@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from experiments.settings.models import CONTROL, ConfiguredModel, families, parse_label
+from experiments.settings.models import CONTROL, EVERY_FRAME, ConfiguredModel, families, parse_label
 
 if TYPE_CHECKING:
     import polars as pl
@@ -47,6 +47,8 @@ def differing(
             model.label: getattr(model.network, name, None) if model_section == section else None
             for model_section, model in zip(named, models, strict=True)
         }
+    if any(model.processor != EVERY_FRAME for model in models):
+        changed["processor.every"] = {model.label: model.processor.every for model in models}
     for section, (default, value) in (others or {}).items():
         for name in _differing(default, value):
             changed[f"{section}.{name}"] = {model.label: getattr(value, name) for model in models}

@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig, known_arena
+from colias_sim.config import CameraConfig, ProcessorConfig, RobotConfig, SceneConfig, known_arena
 from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.base.errors import UsageError, as_usage_error, check_known
@@ -48,14 +48,14 @@ def configure(experiment: Experiment, models: Sequence[str], values: Mapping[str
     """Set parameters by key, over those of the experiment; a `UsageError` names the value, its range and its origin."""
     usual = sections(experiment, models)
     given = by_section({**by_key(experiment.settings), **values}, usual)
-    robot, camera, scene, design = (
+    robot, camera, scene, processor, design = (
         with_values(section, usual[section], given.get(section, {}))
-        for section in ("robot", "camera", "scene", "experiment")
+        for section in ("robot", "camera", "scene", "processor", "experiment")
     )
     if lacking := [name for name in ("pose_sd_mm", "heading_sd_deg") if not hasattr(design, name)]:
         where = f"{experiment.file or experiment.name}: the design {type(design).__name__}"
         raise UsageError(f"{where} must have {' and '.join(lacking)}, spreads of the start from 0 to 100")
-    shown = applied(look_up(models), given)
+    shown = tuple(dataclasses.replace(model, processor=processor) for model in applied(look_up(models), given))
     settings = Settings(shown, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
     with as_usage_error("--set: "):
         return dataclasses.replace(experiment, design=design), settings
@@ -73,6 +73,7 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     for model in models_shown:
         table.setdefault(model.section, model.network)
     table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
+    table["processor"] = ProcessorConfig()
     return table if experiment is None else {**table, "experiment": experiment.design}
 
 
@@ -226,7 +227,12 @@ def with_values(
 
 
 def _parsed(value: Any, schema: Mapping[str, Any]) -> Any:
-    """Parse a sequence typed with commas; pydantic makes numbers of the parts, but not one of listed numbers."""
+    """Parse a sequence typed with commas, or None where that is legal.
+
+    Pydantic makes numbers of the parts, but not one of listed numbers.
+    """
+    if value == "None" and "anyOf" in schema:
+        return None
     if schema.get("type") == "array":
         return value.split(",") if isinstance(value, str) else [value] if isinstance(value, int | float) else value
     return next((listed for listed in schema.get("enum", ()) if str(listed) == value), value)

@@ -163,7 +163,7 @@ class ClipSource:
         trembling = Jitter(still, self.clip.jitter_px, seed) if self.clip.jitter_px else still
         yield ClipSource(self.clip, trembling, truth=self._truth)
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
         shown: dict[str, Any] = {name: getattr(self.stimulus.params, name, None) for name in SHOWN}
         if shown[BACKGROUND] is not None:

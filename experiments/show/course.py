@@ -20,7 +20,7 @@ from experiments.base.errors import as_usage_error
 from experiments.base.streams import stream
 from experiments.declare.conditions import DEPTH, Condition, Hand, Trajectory, pose_of
 from experiments.settings.settings import Settings
-from scenes import ARENA_RADIUS_CM, ARENAS
+from scenes import ARENAS
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
@@ -297,9 +297,9 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
     errors = 0.3 * settings.pose_sd_mm + skew * np.hypot(*(at["stimulus"] - at["stimulus"][0]).T)
     for name in places:
         reach = float(np.hypot(*at[name].T).max()) + radii[name]
-        if reach > ARENA_RADIUS_CM:
+        if reach > settings.scene.wall_cm:
             raise ValueError(
-                f"the {name} reaches {reach:.0f} cm from the centre; the arena ends at {ARENA_RADIUS_CM:g}"
+                f"the {name} reaches {reach:.0f} cm from the centre; the arena ends at {settings.scene.wall_cm:g}"
             )
     half, forward = settings.camera.hfov_deg / 2, settings.camera.forward_cm / 100
     seen = zip(places["observer"], places["stimulus"], strict=True)

@@ -156,7 +156,7 @@ class Episode:
     @property
     def time_s(self) -> npt.NDArray[np.float64]:
         """Time of each step's last frame, s, (T,)."""
-        interval_s: float = self._env.options.frame_skip / FPS
+        interval_s: float = self._env.options.frames_per_step / FPS
         return interval_s * np.arange(1.0, len(self.rewards) + 1.0)
 
     @property

@@ -21,6 +21,7 @@ from dsnn import Response, ResponseError, ResponseSeries, checked_response
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
 from experiments.base.errors import TrialError, UsageError, short
+from experiments.base.streams import stream
 from experiments.base.user_code import traced
 from experiments.settings.models import ConfiguredModel, family, parse_label
 from experiments.settings.settings import in_sections
@@ -79,8 +80,8 @@ class Source(Protocol):
         """Yield the frames in order of time, always the same ones."""
         ...
 
-    def columns(self) -> dict[str, Any]:
-        """Return what is shown, as columns of ``trials.parquet``."""
+    def columns(self, truth: pl.DataFrame) -> dict[str, Any]:
+        """Return what is shown, as columns of ``trials.parquet``; ``truth`` has a row for each frame."""
         ...
 
     def absent(self) -> AbstractContextManager[Source | None]:
@@ -95,7 +96,7 @@ class Source(Protocol):
         model
             The model.
         frames
-            A row per frame: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
+            A row per frame that it took: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
         """
         ...
 
@@ -169,6 +170,8 @@ class ModelRunner:
         (R, C) of the frames.
     keep
         Whether responses are stored; footage may be endless.
+    phase
+        Number of the first frame that its processor takes.
 
     Attributes
     ----------
@@ -186,8 +189,8 @@ class ModelRunner:
         The traceback of what it raised, or the fault of a response; empty while there is none.
     """
 
-    def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True) -> None:
-        self.chosen, self.label = chosen, chosen.label
+    def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True, phase: int = 0) -> None:
+        self.chosen, self.label, self.phase = chosen, chosen.label, phase
         self.network: Any = chosen.network
         self.maps = False
         self.responses: list[Response] = []
@@ -207,8 +210,16 @@ class ModelRunner:
         """The section of ``--set`` that its parameters are under."""
         return family(self.label, type(self.network))
 
+    @property
+    def taken(self) -> slice:
+        """Which frames its processor takes."""
+        return slice(self.phase, None, self.chosen.processor.every)
+
     def share(self, others: Sequence[ModelRunner]) -> None:
-        """Let it share what it can with one of ``others``, which see each frame before: a network, or its front."""
+        """Let it share what it can with one of ``others``, which see each frame before: a network, or its front.
+
+        Models on processors that take other frames have other states.
+        """
         if (other := self._like(others, "READOUT")) is not None:
             self._model = SimpleNamespace(step=lambda _: other.read(self.network))
         elif (other := self._like(others, "AFTER_F")) is not None:
@@ -219,7 +230,7 @@ class ModelRunner:
         kind = type(self._model)
         names = vars(kind).get(parameters, ())  # a class that inherits them may respond in its own way
         for other in others:
-            if names and type(other._model) is kind:
+            if names and type(other._model) is kind and other.taken == self.taken:
                 same = {name: getattr(other.network, name) for name in names}
                 if replace(self.network, **same) == other.network:
                     return other
@@ -311,6 +322,17 @@ def _takes_maps(step: Any) -> bool:
     return any(p.name == "maps" or p.kind is inspect.Parameter.VAR_KEYWORD for p in parameters)
 
 
+def phase_of(model: ConfiguredModel, seed: int) -> int:
+    """Return the first frame of a trial that a model's processor takes; nothing is drawn where it takes all."""
+    every = model.processor.every
+    return int(stream("trial.processor", seed).integers(every)) if every > 1 else 0
+
+
+def _held(response: Response | None) -> Response | None:
+    """Return what a model responds to a frame that it does not see: its potentials stay, and it does not spike."""
+    return response and replace(response, hs_spikes=0, vs_spikes=0, looming_spikes=0)
+
+
 class Showing:
     """Frames that a source has shown so far, and the models that respond to them. Iterating shows one more.
 
@@ -325,7 +347,7 @@ class Showing:
     samples
         The frames so far, where ``keep`` is set.
     responses
-        What each model responded to the last frame; ``None`` of one that raised.
+        What each model responded to the last frame; ``None`` of one that raised, or has taken none yet.
 
     Parameters
     ----------
@@ -338,6 +360,8 @@ class Showing:
         and a film long.
     share
         Whether models share what they can, as they may where no parameter changes on the way.
+    seed
+        Seed of the trial.
     """
 
     def __init__(
@@ -350,30 +374,38 @@ class Showing:
         keep: bool = True,
         images: bool = True,
         share: bool = False,
+        seed: int = 0,
     ) -> None:
         self.source: Any = source
         self.eye, self.control, self._keep, self._images = eye, control, keep, images
-        self.runners = [ModelRunner(model, source.shape, keep=keep) for model in models]
+        self.runners = [ModelRunner(model, source.shape, keep=keep, phase=phase_of(model, seed)) for model in models]
         for place, runner in enumerate(self.runners if share else ()):
             runner.share(self.runners[:place])
         self.sample: Sample | None = None
         self.samples: list[Sample] = []
-        self.responses: list[Response | None] = []
+        self.responses: list[Response | None] = [None] * len(models)
 
     def __iter__(self) -> Iterator[Sample]:
-        for sample in self.source:
+        for number, sample in enumerate(self.source):
             for model, values in sample.changes.items():
                 change(self.runners, model, values)
             image = frozen(sample.image)
-            self.responses = [runner.see(image) for runner in self.runners]
+            self.responses = [
+                runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
+                for runner, before in zip(self.runners, self.responses, strict=True)
+            ]
             self.sample = sample
             if self._keep:
                 self.samples.append(sample if self._images else Sample(sample.time_s, NO_IMAGE, sample.truth))
             yield sample
 
     def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
-        """Return each model that responded to every frame, with its responses."""
+        """Return each model that responded to every frame that it took, with its responses."""
         return [(runner.chosen, series) for runner in self.runners if (series := runner.series()) is not None]
+
+    def taken(self) -> dict[str, slice]:
+        """Return the label of each model with the frames that it took."""
+        return {runner.label: runner.taken for runner in self.runners}
 
     def truth(self) -> pl.DataFrame:
         """Return what is true of the frames, a row each."""
@@ -418,19 +450,19 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
     TrialError
         Every model raised; it has their tracebacks. Or the trial itself could not be completed.
     """
-    showings = []
+    showings, seed, stored = [], trial.seed, images or trial.controls is not None
     share = getattr(trial.condition, "hand", None) is None  # a hand may change parameters on the way
     with one_thread():
         for eye, source, models in trial.sources():
-            showing = Showing(source, models, eye, images=images or trial.controls is not None, share=share)
+            showing = Showing(source, models, eye, images=stored, share=share, seed=seed)
             showing.runners[0].maps = maps and models[0] is trial.models[0]
             for _ in showing:
                 if watch:
                     watch(showing)
             showings.append(showing)
-            for control, again in trial.controls(source, showing.samples, trial.seed) if trial.controls else ():
+            for control, again in trial.controls(source, showing.samples, seed) if trial.controls else ():
                 labelled = [replace(model, label=parse_label(model.label).controlled(control)) for model in models]
-                showings.append(Showing(again, labelled, eye, control, images=images, share=share))
+                showings.append(Showing(again, labelled, eye, control, images=images, share=share, seed=seed))
                 for _ in showings[-1]:
                     pass
     if not any(showing.series() for showing in showings):
@@ -498,10 +530,11 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
     rows, tables = {}, {}
     columns = showings[0].source.frame_columns
     for showing in showings:
-        truth, source = showing.truth(), showing.source
-        shown = source.columns()
+        truth, source, taken = showing.truth(), showing.source, showing.taken()
+        shown = source.columns(truth)
         for model, series in showing.series():
-            table = truth.with_columns(**{name: getattr(series, name) for name in FIELDS})
+            numbered = truth.with_row_index("frame")[taken[model.label]]
+            table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS})
             counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {
                 "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
@@ -510,10 +543,7 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
                 "frames": table.height, "wall_s": wall_s,
             }  # fmt: skip
             if frames:
-                index = table.with_columns(
-                    pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"),
-                    pl.int_range(pl.len()).alias("frame"),
-                )  # fmt: skip
+                index = table.with_columns(pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"))
                 tables[model.label] = index.select(columns.names()).cast(columns)
     labels = [*dict.fromkeys(label for label in (*(model.label for model in trial.models), *rows) if label in rows)]
     kept = pl.concat([tables[label] for label in labels]) if frames else pl.DataFrame(schema=columns)

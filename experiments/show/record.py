@@ -166,6 +166,8 @@ class Frames:
         Layer -> images (T, R, C).
     plots
         Entity -> (T, k), a value of each series.
+    taken
+        A model's label -> which of the frames it took; others took all.
     truth
         Eye -> what its pixels truly show in each frame, T of them.
     """
@@ -177,7 +179,13 @@ class Frames:
     poses: Mapping[str, Floats] = field(default_factory=dict)
     maps: Mapping[str, Images] = field(default_factory=dict)
     plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    taken: Mapping[str, slice] = field(default_factory=dict)
     truth: Mapping[str, Sequence[Truth]] = field(default_factory=dict)
+
+    def times(self, model: str = "") -> list[rr.TimeColumn]:
+        """Return the timelines of the frames that a model took; of no model those of all frames."""
+        taken = self.taken.get(model, slice(None))
+        return times(self.time_s[taken], self.frame[taken])
 
 
 def write(
@@ -295,7 +303,7 @@ def static(content: Content) -> tuple[Chunk, ...]:
         chunks.append(fixed(f"{camera_entity(eye)}/truth/surface", rr.AnnotationContext(infos)))
     if content.scene is None:
         return tuple(chunks)
-    chunks += [fixed("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP), *_arena(content)]
+    chunks += [fixed("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP), *_arena(content, content.scene)]
     chunks += [fixed(f"world/{name}", *_solids(variant, content.scene)) for name, variant in content.robots]
     if (lens := content.camera) is not None:
         near = 4.0 / max(1.0, lens.width / lens.focal_px)  # near enough to leave the stimulus visible
@@ -328,8 +336,7 @@ def _looks_of_series(model: RecordedModel, models: Sequence[RecordedModel]) -> l
 
 def moving(content: Content, frames: Frames) -> list[Chunk]:
     """Return the values of frames as chunks, a block an entity."""
-    when = times(frames.time_s, frames.frame)
-    chunks = []
+    when, chunks = frames.times(), []
     for eye, images in frames.images.items():
         entity = f"{camera_entity(eye)}/{IMAGE}"
         if isinstance(images, np.ndarray):
@@ -340,8 +347,9 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
     for eye, truths in frames.truth.items():
         chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
     for name, images in frames.maps.items():
-        entity = f"{model_entity(content.models[0].label)}/maps/{name}"
-        chunks += _pictures(entity, rr.SegmentationImage, images, when)
+        first = content.models[0].label
+        entity = f"{model_entity(first)}/maps/{name}"
+        chunks += _pictures(entity, rr.SegmentationImage, images, frames.times(first))
     for robot, poses in frames.poses.items():
         half, zero = np.radians(poses[:, 2]) / 2, np.zeros(len(poses))
         place, turn = np.column_stack([poses[:, :2], zero]), np.column_stack([zero, zero, np.sin(half), np.cos(half)])
@@ -353,10 +361,11 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
         series, root = frames.responses.get(model.label), model_entity(model.label)
         if series is None:
             continue
+        taken = frames.times(model.label)
         for channel in model.channels:
-            chunks.append(chunk(f"{root}/{channel}", when, _scalars(getattr(series, channel))))
+            chunks.append(chunk(f"{root}/{channel}", taken, _scalars(getattr(series, channel))))
         for channel in model.spiking:
-            chunks.append(chunk(f"{root}/spikes/{channel}", when, _scalars(getattr(series, f"{channel}_spikes"))))
+            chunks.append(chunk(f"{root}/spikes/{channel}", taken, _scalars(getattr(series, f"{channel}_spikes"))))
         if levels := list(model.levels()):
             chunks.append(chunk(f"{root}/threshold", ends, _scalars(np.array([levels, levels]))))
     return chunks
@@ -421,13 +430,14 @@ def outlines(obstacles: Iterable[Obstacle]) -> Outlines:
     return tuple((100 * one.height, tuple((x, y) for x, y in one.closed_cm.tolist())) for one in obstacles)
 
 
-def _arena(content: Content) -> list[Chunk]:
+def _arena(content: Content, scene: SceneConfig) -> list[Chunk]:
     """Return floor, wall and obstacles. Only the wall's inner side is drawn, so that it hides nothing from outside."""
     turn = np.linspace(0, 2 * np.pi, 65)
     ring = np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
+    away = scene.wall_cm
     floor = [radius * ring for radius in (10.0, 20.0)]
-    foot = ARENA_RADIUS_CM * ring
-    corners = np.vstack([foot, foot + np.array([0, 0, WALL_HEIGHT_CM])])
+    foot = away * ring
+    corners = np.vstack([foot, foot + np.array([0, 0, WALL_HEIGHT_CM * away / ARENA_RADIUS_CM])])
     near = np.arange(64)
     lower, upper = np.column_stack([near, near + 65, near + 1]), np.column_stack([near + 1, near + 65, near + 66])
     wall = rr.Mesh3D(  # corners in the order in which they go round counter-clockwise from inside
@@ -435,7 +445,7 @@ def _arena(content: Content) -> list[Chunk]:
         albedo_factor=(196, 196, 190), face_rendering="front",
     )  # fmt: skip
     disc = rr.Cylinders3D(
-        lengths=[0.1], radii=[ARENA_RADIUS_CM], centers=[(0, 0, -0.1)], colors=[(235, 235, 231)], fill_mode="solid"
+        lengths=[0.1], radii=[away], centers=[(0, 0, -0.1)], colors=[(235, 235, 231)], fill_mode="solid"
     )
     chunks = [
         fixed("world/arena/floor", disc),
@@ -473,7 +483,7 @@ def views(content: Content) -> list[tuple[float, Any]]:
     """Return what a viewer opens with, from top to bottom: shares of the height, and views or rows of them."""
     top: list[tuple[float, Any]] = []
     if content.scene is not None:
-        top.append((5.0, _world(content)))
+        top.append((5.0, _world(content, content.scene)))
     for eye in content.eyes:
         name = f"what is seen{', and its true flow' if content.surfaces else ''}{f' ({eye})' if eye else ''}"
         place = f"/{camera_entity(eye)}"
@@ -515,7 +525,7 @@ def arrangement(rows: Sequence[tuple[float, Any]]) -> rrb.Blueprint:
     )
 
 
-def _world(content: Content) -> rrb.Spatial3DView:
+def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
     """Return the view of the arena: from behind the observer, or the whole from above."""
     if content.above:
         eye = rrb.EyeControls3D(position=(0, 0, 105), look_target=(0, 0, 0), eye_up=(0, 1, 0))
@@ -526,7 +536,7 @@ def _world(content: Content) -> rrb.Spatial3DView:
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(
         origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),
-        name=f"arena{' from above' if content.above else ''} (circles: 10, 20 and 45 cm)",
+        name=f"arena{' from above' if content.above else ''} (circles: 10, 20 and {scene.wall_cm:g} cm)",
         eye_controls=eye, line_grid=False,
     )  # fmt: skip
 

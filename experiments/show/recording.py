@@ -87,6 +87,7 @@ def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries]) ->
         dict(zip(MAP_SCALES, np.stack(layers, axis=1), strict=True)) if layers else {},
         {_exposure(eye): values for eye, values in exposure.items()
          if samples[eye][0].truth["row_time_us"] or np.ptp(values) > 0},
+        {label: taken for showing in showings for label, taken in showing.taken().items()},
         {eye: truths for eye, of_eye in samples.items()
          if (truths := [sample.pixels for sample in of_eye if sample.pixels is not None])},
     )  # fmt: skip

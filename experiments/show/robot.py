@@ -27,8 +27,8 @@ from experiments.declare.experiment import Experiment
 from experiments.settings.models import ConfiguredModel, parse_label
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
-from experiments.show.play import Controls, Sample, Trial
-from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, Windows, agreement, away_cm, responses, windows
+from experiments.show.play import Controls, Sample, Trial, phase_of
+from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, agreement, away_cm, responses, windows
 from experiments.store.tables import OBSERVER, finite
 
 TRUE = "ov7670"
@@ -86,12 +86,13 @@ class RobotTrial(Trial):
 
 
 def is_random(settings: Settings) -> bool:
-    """Return whether trials differ between seeds: in the start, the motors, the light, the wall or a camera's noise."""
+    """Return whether trials differ between seeds: in start, motors, light, wall, a camera's noise, frames taken."""
     eyes = [camera(settings, through(model.label)) for model in settings.models]
     noises = ("shot_noise", "read_noise", "jitter_ms", "drop_probability")
     placing = settings.pose_sd_mm or settings.heading_sd_deg or settings.robot.motor_inequality_sd
     scenery = settings.scene.light_sd or settings.scene.turn_wall
-    return bool(placing or scenery) or any(getattr(eye, noise) for eye in eyes for noise in noises)
+    skipping = any(model.processor.every > 1 for model in settings.models)
+    return bool(placing or scenery or skipping) or any(getattr(eye, noise) for eye in eyes for noise in noises)
 
 
 def trial_seed(seed: int, index: int) -> int:
@@ -193,8 +194,6 @@ class RobotSource:
         self.drive: Drive | HandDrive = Drive(self.sim, self.course) if hand is None else HandDrive(self.sim, hand)
         self._tracker = Tracker(self.course["stimulus"].route)
         self.number = 0
-        self._parts: Windows = {}
-        self._of_stimulus: dict[str, Any] = {}
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the frames until the trial is over.
@@ -243,33 +242,43 @@ class RobotSource:
                 stack.enter_context(hidden(groups_of(self.sim.model, name)))
             yield RobotSource(self.trial, self._eye)
 
-    def columns(self) -> dict[str, Any]:
-        """Return the robot that sees, and the condition."""
-        return {"robot": OBSERVER, **self.trial.condition.columns()}
+    def columns(self, truth: pl.DataFrame) -> dict[str, Any]:
+        """Return the robot that sees, the condition, and what the stimulus did.
+
+        Parameters
+        ----------
+        truth
+            A row per camera frame: time, poses.
+        """
+        settings = self.trial.settings
+        return {
+            "robot": OBSERVER,
+            **self.trial.condition.columns(),
+            **self._driven(truth),
+            "drive": "open" if settings.robot.open_loop else "feedback",
+            "closest_cm": float(away_cm(truth, settings.camera.forward_cm).min()),
+        }
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
-        """Return what the stimulus did, and a model's responses in the whole trial and in parts of it.
+        """Return what a model saw, and its responses in the whole trial and in parts of it.
 
         Parameters
         ----------
         model
             The model.
         frames
-            A row per frame: time, poses, responses.
+            A row per frame that it took: time, poses, responses.
         """
-        settings = self.trial.settings
-        if not self._parts:  # they are the same for every model, and so is what the stimulus did
-            self._parts = windows(self.trial.condition, settings.camera, frames)
-            self._of_stimulus = {
-                **self._driven(frames),
-                "drive": "open" if settings.robot.open_loop else "feedback",
-                "closest_cm": float(away_cm(frames, settings.camera.forward_cm).min()),
-                "seconds_in_view": float(self._parts["in_view"].sum()) / settings.camera.fps,
-                "darkest": frames["darkest"].min(),
-                "brightest": frames["brightest"].max(),
-            }
-        compared = agreement(frames) if self.trial.truth else {}
-        return {**self._of_stimulus, **responses(model, frames, self._parts, settings.camera.fps), **compared}
+        camera = self.trial.settings.camera
+        parts, fps = windows(self.trial.condition, camera, frames), camera.fps / model.processor.every
+        return {
+            "phase": phase_of(model, self.trial.seed),
+            "seconds_in_view": float(parts["in_view"].sum()) / fps,
+            "darkest": frames["darkest"].min(),
+            "brightest": frames["brightest"].max(),
+            **responses(model, frames, parts, fps),
+            **(agreement(frames) if self.trial.truth else {}),
+        }
 
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:
         """Return the speed that the stimulus reached, and how far it was off its path."""

@@ -32,6 +32,7 @@ from experiments.show.course import ROBOT_RADIUS_CM, half_crossing
 from experiments.store.tables import COUNTS, FRAME, JOB, PEAKS, RESPONSES, columns_of, is_imported, peaks
 
 RESPONDED: Mapping[str, type] = {
+    "phase": int,  # number of the first camera frame that the model took: 0 where it takes all
     **COUNTS,
     "firing_rate_hz": float,
     **PEAKS,
@@ -174,7 +175,7 @@ def responses(model: ConfiguredModel, frames: pl.DataFrame, parts: Windows, fps:
     parts
         The parts of the trial.
     fps
-        Frames per second.
+        Frames per second that the model takes.
 
     Returns
     -------

@@ -196,7 +196,7 @@ class VideoSource:
         """Return nothing: of a film nobody knows what moves by itself."""
         return nullcontext()
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
         return {"source": self.name, "width": self.size[0], "height": self.size[1], "fps": self.rate}
 

@@ -126,7 +126,7 @@ def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[tuple
     if before.get("experiment") != after.get("experiment"):
         return [entry for entry in found if entry[0] == "experiment"]
     alone = {name.removesuffix(".source") for name in before.keys() ^ after.keys() if name.endswith(".source")}
-    found = [entry for entry in found if entry[0].rpartition(".")[0] not in alone]
+    found = [entry for entry in found if not entry[0].startswith(tuple(f"{label}." for label in alone))]
     return [entry for entry in found if entry[0].split(".")[0] not in DERIVED] or found
 
 
@@ -145,6 +145,6 @@ def _parameters(value: Any, path: str) -> Iterator[tuple[str, Any]]:
         yield path, [model["label"] if isinstance(model, dict) else model for model in value]
         for model in value if value and isinstance(value[0], dict) else ():
             label = model["label"] if len(value) > 1 else model["label"].partition(":")[0]  # a single one has its name
-            yield from _parameters({name: model[name] for name in ("source", "network")}, label)
+            yield from _parameters({name: model[name] for name in ("source", "network", "processor")}, label)
     else:
         yield path, value

@@ -5,6 +5,7 @@ A trial that the folder has already is not done again.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
@@ -118,6 +119,44 @@ class Plan(Generic[AnyTrial]):
     def document(self) -> dict[str, Any]:
         """Return the contents of ``run.json``: what was asked, and what it was resolved to."""
         return {KIND: self.asked.kind, **self.resolved, ASKED: self.asked.stored()}
+
+
+SAMPLED = 4
+"""Trials by which a run's time and size are told."""
+
+
+def forecast(plan: Plan[AnyTrial], width: int) -> dict[str, float]:
+    """Tell what a run comes to, by playing a few of its trials here. Nothing is written.
+
+    Each is played twice, as the first time compiles its scene.
+
+    Parameters
+    ----------
+    plan
+        The run, which has trials of its own.
+    width
+        Number of trials that are done at a time.
+
+    Returns
+    -------
+    dict of str to float
+        ``conditions``, ``trials``, ``minutes``, and ``MB``, which tables hardly exceed.
+    """
+    assert plan.work is not None, "a run of runs has no trials of its own"
+    number, seconds, size = len(plan.trials), 0.0, 0
+    places = sorted({(2 * place + 1) * number // (2 * SAMPLED) for place in range(SAMPLED)})
+    for trial in (plan.trials[place] for place in places):
+        plan.work(trial)
+        began_s = time.perf_counter()
+        done = plan.work(trial)
+        seconds += time.perf_counter() - began_s
+        rows = pl.DataFrame(done.rows, infer_schema_length=None)
+        size += int(rows.estimated_size() + done.frames.estimated_size()) + len(done.recording or "")
+    share = number / len(places)
+    return {
+        "conditions": len({trial.label() for trial in plan.trials}), "trials": number,
+        "minutes": share * seconds / max(width, 1) / 60.0, "MB": share * size / 1e6,
+    }  # fmt: skip
 
 
 @contextmanager

@@ -170,3 +170,5 @@ def test_presets():
     assert eye.auto_exposure and eye.row_time_us * 72 == pytest.approx(480 * 2 * 784 / 25.0, rel=0.001)
     with pytest.raises(ValueError, match="ov7670"):
         CameraConfig.preset("ov9650")
+    for name, meter in (("ov7670-gamma", "light"), ("ov7670-gamma-metered", "luma")):
+        assert CameraConfig.preset(name) == dataclasses.replace(eye, gamma=True, ae_meter=meter)

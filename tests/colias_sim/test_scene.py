@@ -173,3 +173,20 @@ def test_settings_of_the_apparatus_may_be_dictionaries():
     for wrong in ({"camera": {"read_nois": 0}}, {"robot": {"track_cm": -1}}, {"scene": 5}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             Simulation(**wrong, seeing=False)
+
+
+def test_a_floor_s_reflectance_is_that_of_the_arena_or_the_one_given():
+    """Light is linear, so the floor is as much darker as it reflects less, and the wall stays."""
+    own, same, black = (view(QUIET, dataclasses.replace(STILL, floor=floor)) for floor in (None, 0.81, 0.1))
+    np.testing.assert_array_equal(same, own)
+    np.testing.assert_array_equal(black[:38], own[:38])
+    np.testing.assert_allclose(black[41:], own[41:] * 0.1 / 0.81, atol=1.0)
+
+
+@pytest.mark.parametrize("wall_cm", [30.0, 45.0, 100.0])
+def test_the_wall_stands_as_far_away_as_it_says(wall_cm):
+    """Its foot is below the horizon by the height of the lens over its distance, and it fills the view above."""
+    camera = dataclasses.replace(QUIET, width=990, height=720)
+    column = view(camera, SceneConfig(arena="plain", light_sd=0, turn_wall=False, floor=0.0, wall_cm=wall_cm))[:, 495]
+    assert (column > 100).sum() == pytest.approx(360 + camera.focal_px * 2.0 / (wall_cm - camera.forward_cm), abs=1.5)
+    assert column[0] > 100

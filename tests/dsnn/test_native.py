@@ -54,7 +54,8 @@ def test_the_digest_is_of_every_c_file():
 @pytest.mark.parametrize(
     "changes",
     [{}, {"d": 2, "n_con": 5}, {"fdsr": False, "n_p": 0},
-     {"rectified": False, "polarity": "centre", "lowpass": "exact", "tau_fast": 20}],
+     {"rectified": False, "polarity": "centre", "lowpass": "exact", "tau_fast": 20},
+     {"lowpass": "two-tap", "tau_fast": 20}, {"lowpass": "two-tap-fdsr", "rectified": False, "tau_fast": 20}],
     ids=str,
 )  # fmt: skip
 def test_forms_agree_where_no_sign_is_in_doubt(changes, darker):

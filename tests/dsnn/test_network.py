@@ -102,3 +102,43 @@ def test_an_exact_lowpass_leaves_nothing_of_a_rise():
         assert rise.max() > 10.0
         assert maps.f_on.max() == pytest.approx(left * rise.max(), rel=0.1, abs=0.0)
         assert bool(np.abs(model.run(frames).hs).max() < 1e-15) == (lowpass == "exact")
+
+
+STEP, RAMP = np.array([0, 1, 1, 1, 1, 1]), np.array([0, 1, 2, 3, 4, 5])
+
+
+def told(lowpass, form, first, second=(0,) * 6, **changes):
+    """The response to each frame of a cell whose change of luminance is ``first``, and of its right neighbour."""
+    frames = np.full((7, 2, 9), 20.0, np.float32)
+    frames[1:, 0, 0] += np.cumsum(first)
+    frames[1:, 0, 1] += np.cumsum(second)
+    plain = {"n_p": 0, "sigma_l": 0.0, "dog": False, "n_con": 1, "tau_s": (50.0, 50.0), "tau_mp": 0.0, "w_i": 0.0}
+    model = DSNN(frames.shape[1:], DSNNParams(lowpass=lowpass, **plain | changes), form=form)
+    return [model.step(frame, maps=True) for frame in frames][1:]
+
+
+@pytest.mark.parametrize("form", ["native", "reference"])
+@pytest.mark.parametrize("lowpass", ["two-tap", "two-tap-fdsr"])
+def test_fdsr_of_two_taps_passes_on_what_is_new(lowpass, form):
+    """A = a LA(t) + (1 - a) LA(t - 1), so F is 1 - a of the change: of a step once, of a ramp always the same."""
+    left = 1.0 - (1000 / 30) / (1000 / 30 + 1.0)
+    for signal in (STEP, RAMP):
+        f = [response.maps.f_on[0, 0] for response in told(lowpass, form, 12.0 * signal)]
+        np.testing.assert_allclose(f, 12.0 * left * np.diff(signal, prepend=0), atol=1e-5)
+    falls = told(lowpass, form, 30.0 * np.array([1, 0, 0, 0, 0, 0]), rectified=False)
+    slow = 1.0 - (1000 / 30) / (1000 / 30 + 100.0)
+    np.testing.assert_allclose([one.maps.f_on[0, 0] for one in falls][:3], [30 * left, -30 * slow, 0.0], atol=1e-5)
+
+
+@pytest.mark.parametrize("form", ["native", "reference"])
+def test_delays_of_two_taps_hold_a_share_of_the_last_frame(form):
+    """D = a F(t) + (1 - a) F(t - 1): of a step all from the second frame on, of a ramp 1 - a of a frame behind."""
+    a, scale = (1000 / 30) / (1000 / 30 + 50.0), 2 * 9 * 0.01
+    for signal in (STEP, RAMP):
+        responses = told("two-tap", form, 0.02 * signal, 10.0 * STEP, fdsr=False)  # F is the change, and D F' is small
+        correlated = [scale * np.log((0.5 + one.hs) / (0.5 - one.hs)) for one in responses]
+        expected = 0.02 * (a * signal + (1.0 - a) * np.append(0, signal[:-1]))
+        np.testing.assert_allclose(correlated, 10.0 * expected * STEP, rtol=1e-4)
+        other = told("two-tap-fdsr", form, 0.02 * signal, 10.0 * STEP, fdsr=False)
+        recursive = told("backward-euler", form, 0.02 * signal, 10.0 * STEP, fdsr=False)
+        assert [one.hs for one in other] == [one.hs for one in recursive] != [one.hs for one in responses]

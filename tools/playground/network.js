@@ -63,8 +63,9 @@ export class Network {
     const kernels = [d, 2 * d].map((width) => tables.kernels[width]);
     const alphas = delays.map((tau) => alpha(params, tau));
     const given = [residues, ...kernels, alphas].map((table) => this.#floats(table));
-    const config = kernel.malloc(112);
-    const view = new DataView(kernel.memory.buffer, config, 112);
+    const config = kernel.malloc(120);
+    const view = new DataView(kernel.memory.buffer, config, 120);
+    view.setBigInt64(112, 0n, true); // no low-pass of two taps here
     [
       ...[shape.rows, shape.columns, n_p, d, n_con, params.on, params.off, params.dog, params.fdsr, params.rectified],
       params.polarity === "common",

@@ -1,4 +1,4 @@
-"""The paper's claims about the robot, C13 to C21, C24, C25 and C29 to C31. Their words are in ``claims.toml``.
+"""The paper's claims about the robot, C13 to C21, C24, C25 and C29 to C32. Their words are in ``claims.toml``.
 
 A judge tests its claim on every condition that the words cover among the trials it is given. Its docstring says how the
 words are read where they leave room.
@@ -33,6 +33,10 @@ DEPTH = {"motion": ("approach", "recession")}
 """Conditions: crossings of the view, and motions along a line to the camera."""
 ANGLES = (-30.0, -15.0, 0.0, 15.0, 30.0)
 """Angles of the paper's angular tests, degrees."""
+STRAIGHT = ("general", "angular-approach", "angular-recession")
+"""Experiments with motions along the optical axis: those of a replicate are judged together."""
+LEAST_STRAIGHT = 10
+"""Trials of either motion from which nine tenths are not all of them."""
 ROBOT_SPEEDS = (2.0, 4.0, 6.0, 10.0)
 """Those of the paper's robot tests."""
 POTENTIAL = "mean_hs_near_axis"
@@ -209,7 +213,7 @@ def of_curves(checks: Sequence[Check], curves: Curves, what: str, first: str, ot
     conditions=DEPTH,
     reads=("spikes", "peak_hs", "trough_hs"),
     of_each=True,
-    pools=("general", "angular-approach", "angular-recession"),
+    pools=STRAIGHT,
     silent_passes=True,
 )
 def c13(rows: Rows, threshold: float) -> Outcome:
@@ -230,6 +234,20 @@ def c13(rows: Rows, threshold: float) -> Outcome:
     highest_first = [check for _, check in sorted(checks.values(), key=lambda pair: -pair[0])]
     broken = sum(int(check.reading) for check in highest_first)
     return of_each_trial(highest_first, [*kinds.values()], broken, threshold)
+
+
+@claim("C32", conditions=DEPTH, pools=STRAIGHT, silent_passes=True, least=LEAST_STRAIGHT)
+def c32(rows: Rows, threshold: float) -> Outcome:
+    """Judge motion along the optical axis as `c13` does, but by the share of trials without a spike."""
+    kinds = [(kind, paper_trials(rows, motion=kind, angle_deg=0.0)) for kind in DEPTH["motion"]]
+    if not all(trials for _, trials in kinds):
+        return Outcome.unjudged("needs straight approach and recession")
+    checks = []
+    for kind, trials in kinds:
+        firing = sum(row["spikes"] > 0 for row in trials)
+        text = f"{kind}: spikes in {firing} of {len(trials)} trials"
+        checks.append(Check(text, firing, len(trials) / 10, "at most", unit="trials"))
+    return outcome_of(checks, [trials for _, trials in kinds], "", "")
 
 
 DIRECTION_OF = {1.0: "rightward", -1.0: "leftward"}

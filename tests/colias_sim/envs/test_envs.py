@@ -124,3 +124,32 @@ def test_a_skipped_frame_is_as_a_step_of_its_own(name):
         for term in terms:
             assert info[term] == pytest.approx(np.mean([one[term] for one in infos]), abs=1e-12)
         assert info["driven_cm"] == pytest.approx(sum(one["driven_cm"] for one in infos), abs=1e-12)
+
+
+class Watcher(Stated):
+    """A model that keeps the frames that it saw."""
+
+    def __init__(self) -> None:
+        super().__init__(dsnn.Response())
+        self.seen: list[np.ndarray] = []
+
+    def step(self, frame: np.ndarray) -> dsnn.Response:
+        self.seen.append(frame.copy())
+        return super().step(frame)
+
+
+def test_a_slow_processor_takes_the_last_of_every_few_frames_and_the_camera_goes_on():
+    """Exposure, noise, lost frames and the robots' way are those of an env whose model sees every frame."""
+    camera = {"preset": "ov7670", "drop_probability": 0.3}
+    seen = []
+    for options in ({"frame_skip": 4}, {"frame_skip": 4, "processor": {"every": 2}}, {"processor": {"every": 4}}):
+        watcher = Watcher()
+        env = bare(FIXATION, observation="neural", model=lambda _, own=watcher: own, camera=camera, **options)
+        episode(env, seed=3, steps=3)
+        assert env.options.frames_per_step == 4
+        seen.append(np.array(watcher.seen))
+    every, second, fourth = seen  # the first frame is that of the reset
+    np.testing.assert_array_equal(second, every[[0, 2, 4, 6, 8, 10, 12]])
+    np.testing.assert_array_equal(fourth, every[[0, 4, 8, 12]])
+    with pytest.raises(ValueError, match=r"frame_skip must be a multiple of processor\.every=2, got 3"):
+        bare(FIXATION, processor={"every": 2}, frame_skip=3)

@@ -183,6 +183,7 @@ def test_the_header_makes_the_same_model(changes, tmp_path):
     "changes",
     [{"n_p": 2, "u": 0.0}, {"sigma_l": 0.999}, {"tau_s": (10.0, 10_000.0), "fps": 10_000.0}, {"state_bits": 12},
      {"f_bits": 16}, {"rounding": "up"}, {"rectified": False}, {"polarity": "centre"}, {"lowpass": "exact"},
+     {"lowpass": "two-tap"}, {"lowpass": "two-tap-fdsr"},
      {"f_bits": 15, "n_p": 4, "u": 0.3, "sigma_l": 0.99}],
     ids=str,
 )  # fmt: skip

@@ -64,6 +64,7 @@ def enough(claim, n):
     return {
         "C13": depth("approach", {0: [0] * n}) + depth("recession", {0: [0] * n}),
         "C14": crossing("rightward", n) + crossing("leftward", n),
+        "C32": depth("approach", {0: [0] * n}) + depth("recession", {0: [0] * n}),
         "C24": ensemble(n, column="peak_hs"),
         "C25": ensemble(n, column="mean_hs_near_axis"),
         "C29": rows({2: [0] * n, 4: [40] * n, 6: [60] * n, 10: [45] * n}, "speed_cm_s"),
@@ -106,6 +107,18 @@ def test_c13_counts_every_spike():
     assert outcome("C13", silent + depth("recession", {0: [1]}), 0.2).verdict == "fails"
     assert outcome("C13", depth("approach", {0: [0]}), 0.2).verdict == "not shown"
     assert outcome("C13", depth("approach", {0: [3]}), 0.2).verdict == "fails", "one motion is enough to fail"
+
+
+@pytest.mark.parametrize("motion", ["approach", "recession"])
+def test_c32_is_of_nine_tenths_of_each_motion(motion):
+    other = {"approach": "recession", "recession": "approach"}[motion]
+
+    def of(firing, silent):
+        rows_of = depth(motion, {0: [5] * firing + [0] * silent}) + depth(other, {0: [0] * 10})
+        return outcome("C32", rows_of + depth(motion, {15: [9] * 10}), T).verdict
+
+    assert [of(1, 9), of(2, 18), of(2, 17), of(2, 8)] == ["holds", "holds", "fails", "fails"]
+    assert outcome("C32", depth(motion, {0: [0] * 20}), T).verdict == "not shown", "it needs both motions"
 
 
 def test_the_angular_claims_are_of_every_speed():
