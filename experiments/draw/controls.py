@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from matplotlib.figure import Figure
@@ -22,7 +21,7 @@ def draw(found: Mapping[tuple[str, str], Floats], words: Sequence[str]) -> Figur
     Parameters
     ----------
     found
-        As of `experiments.judge.controls.measured`; at least one.
+        As of `experiments.judge.controls.measured`; at least one, each of at least one trial.
     words
         The word on each.
     """
@@ -32,14 +31,13 @@ def draw(found: Mapping[tuple[str, str], Floats], words: Sequence[str]) -> Figur
         panels = style.grid(figure, len(found), across)
         for axes, ((model, kind), values), word in zip(panels, found.items(), words, strict=True):
             places = range(len(MEANS))
-            if len(values):
-                style.means(axes, places, values.T.tolist(), style.HUES[0], line="none", gap=1.0)
+            style.means(axes, places, values.T.tolist(), style.HUES[0], line="none", gap=1.0)
             axes.axhline(0.5 if kind == "looming" else 0.0, color=style.GREY, ls=":", lw=0.8, zorder=1)
             axes.set_xticks(places, MEANS, rotation=35, ha="right")
             axes.set_ylabel(style.wrapped(MEASURES[kind], HEIGHT - 0.5, style.SMALL), fontsize=style.SMALL)
-            style.finding(axes, f"{model}: {word} (n = {len(values)})")
-        counts = ", ".join(f"{count} {word}" for word, count in Counter(words).items())
-        style.headline(figure, f"Is it vision? Of {len(words)} responses: {counts}")
+            style.finding(axes, f"{model}: {word}, n = {len(values)}")
+        named = {word: [model for (model, _), one in zip(found, words, strict=True) if one == word] for word in words}
+        style.headline(figure, "; ".join(f"{word}: {', '.join(models)}" for word, models in named.items()))
         note = "Open dots: trials; full dots: means with 95 % intervals; n: trials, each paired with its controls."
         style.caption(figure, f"{note} shown: the trial as it was. shuffled is not judged. Dotted: rest.")
     return figure

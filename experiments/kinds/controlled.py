@@ -30,8 +30,9 @@ def conclude_controls(plan: Plan[Any], folder: RunFolder, ways: Mapping[int, str
     words = [word_of(values, kind, random=plan.random) for (_, kind), values in found.items()]
     rows = [{"model": model, "response": kind, **word} for (model, kind), word in zip(found, words, strict=True)]
     folder.write_rows("controls.csv", [{name: row[name] for name in COLUMNS} for row in rows])
-    if rows:
-        style.save(controls.draw(found, [word["word"] for word in words]), folder.folder / "controls")
+    if drawn := {key: values for key, values in found.items() if len(values)}:
+        known = [word["word"] for word in words if word["n"]]
+        style.save(controls.draw(drawn, known), folder.folder / "controls")
 
 
 def show_controls(run: Run) -> None:
