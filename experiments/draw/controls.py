@@ -35,7 +35,8 @@ def draw(found: Mapping[tuple[str, str], Floats], words: Sequence[str]) -> Figur
             axes.axhline(0.5 if kind == "looming" else 0.0, color=style.GREY, ls=":", lw=0.8, zorder=1)
             axes.set_xticks(places, MEANS, rotation=35, ha="right")
             axes.set_ylabel(style.wrapped(MEASURES[kind], HEIGHT - 0.5, style.SMALL), fontsize=style.SMALL)
-            style.finding(axes, f"{model}: {word}, n = {len(values)}")
+            axes.set_xlabel(f"n = {len(values)}", fontsize=style.SMALL)
+            style.finding(axes, f"{model}: {word}")
         named = {word: [model for (model, _), one in zip(found, words, strict=True) if one == word] for word in words}
         style.headline(figure, "; ".join(f"{word}: {', '.join(models)}" for word, models in named.items()))
         note = "Open dots: trials; full dots: means with 95 % intervals; n: trials, each paired with its controls."

@@ -126,7 +126,7 @@ def word_of(values: Floats, kind: str, *, random: bool = True) -> dict[str, Any]
     row: dict[str, Any] = {"n": n, "p": None, "detectable": None}
     row |= {name: float(measured.mean()) if n else None for name, measured in by_name.items()}
     if not n or not random or n < LEAST_PAIRS:
-        why = "no trial has such motion" if not n else "nothing is random" if not random else f"{LEAST_PAIRS} are needed"
+        why = "no trial has such motion" if not n else "nothing is random" if not random else f"needs {LEAST_PAIRS}"
         return {**row, "word": UNJUDGED, "says": f"{n} pairs: {why}"}
     pairs = [(by_name[first], by_name[second]) for first, second in TESTS[kind]]
     p_values = holm([paired(first, second).p for first, second in pairs])

@@ -41,6 +41,6 @@ def show_controls(run: Run) -> None:
     if table.height:
         columns = ("model", "response", "word", "n", *MEANS, "p")
         known = [name for name in columns if table[name].null_count() < table.height]
-        console.show(table.select(known), "\nis it vision? the response along the true motion")
+        console.show(table.select(known), "\nis it vision? trials and their controls")
         for row in table.drop_nulls("says").iter_rows(named=True):
             console.out_console.print(f"{row['model']}, {row['response']}: {row['word']} ({row['says']})")
