@@ -40,6 +40,7 @@ OwnPictures = Annotated[
     Path | None,
     typer.Option("--pictures", metavar="FOLDER", help="Pictures behind objects of clips, and on the arena's wall."),
 ]
+Controls = Annotated[bool, typer.Option("--controls", help="Show each trial again: frozen, mirrored and so on.")]
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Say how many trials there are, and about how long they take. Run none.")
 ]

@@ -40,6 +40,7 @@ def run(
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
     truth: Annotated[bool, typer.Option("--truth", help="Store what truly moved in each frame too.")] = False,
+    controls: options.Controls = False,
     dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
@@ -62,7 +63,8 @@ def run(
     asked = Asked(
         kind=registry.find(experiment).kind, what=(experiment,), models=tuple(model or ()), only=only,
         values=key_values(assignments), repeats=repeats, seed=seed,
-        options={"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": pictures and str(pictures)},
+        options={"eyes": eyes, "recordings": recordings, "truth": truth, "controls": controls,
+                 "pictures": pictures and str(pictures)},
     )  # fmt: skip
     return options.finish(asked, out, pool, dry=dry_run)
 
@@ -129,6 +131,7 @@ def watch(
     seed: options.Seed = 0,
     jitter: options.Jitter = 0.0,
     judge: Annotated[bool, typer.Option("--judge", help="Judge claim C12 by optical flow; takes longer.")] = False,
+    controls: options.Controls = False,
     out: options.Out = None,
     recordings: options.Recordings = True,
     view: Annotated[
@@ -154,7 +157,7 @@ def watch(
     if view:
         viewer.require_screen("watch: ", "give --no-view")
     given = {"size": options.width_height(size), "fps": fps, "seconds": seconds, "jitter_px": jitter, "judge": judge,
-             "recordings": recordings}  # fmt: skip
+             "recordings": recordings, "controls": controls}  # fmt: skip
     asked = Asked(kind="watch", what=(source,), models=tuple(model or ()), only=only,
                   values=key_values(assignments), seed=seed, options=given)  # fmt: skip
     plan = dataclasses.replace(planned(asked), live=has_screen() if view is None else view)

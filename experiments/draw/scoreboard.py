@@ -54,7 +54,7 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
                 axes.set_xscale("log")
                 style.plain_numbers(axes, axes.dataLim.intervalx)
             else:
-                axes.set_xlim(0.0, None if "(" in labels[name] else 1.0)
+                axes.set_xlim(min(axes.dataLim.x0, 0.0), None if "(" in labels[name] else 1.0)
                 axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
             for level in (guess for start, guess in chance.items() if name.startswith(start)):
                 axes.axvline(level, color=palette.GREY, ls=":", lw=0.8, zorder=1)

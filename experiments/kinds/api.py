@@ -39,6 +39,7 @@ def run(
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
     truth: bool = False,
+    controls: bool = False,
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
@@ -76,6 +77,8 @@ def run(
         Whether to write a Rerun recording of each trial.
     truth
         Whether frames and recordings have what truly moved in each pixel: see "Compare with true motion".
+    controls
+        Whether models see each trial again, as ``MODEL~frozen`` and so on: see "Is my model's response vision?".
     workers
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
@@ -103,7 +106,8 @@ def run(
     found = registry.find(given)
     hand = found.conditions()[0].hand if isinstance(found, Experiment) and found.name == LIVE else None
     own = None if isinstance(given, str) or hand else found
-    options = {"eyes": eyes, "recordings": recordings, "truth": truth, "pictures": pictures and os.fspath(pictures)}
+    options = {"eyes": eyes, "recordings": recordings, "truth": truth, "controls": controls,
+               "pictures": pictures and os.fspath(pictures)}  # fmt: skip
     asked = Asked(
         kind=found.kind, what=(given,) if isinstance(given, str) else (), models=tuple(model_texts(models)), only=only,
         values=by_key(settings), repeats=None if repeats is None else operator.index(repeats),
@@ -265,6 +269,7 @@ def watch(
     seconds: float | None = None,
     seed: int = 0,
     judge: bool = False,
+    controls: bool = False,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
     quiet: bool = False,
@@ -292,6 +297,8 @@ def watch(
         Seed of a stimulus's random draws.
     judge
         Whether to compute optical flow between frames, to grade the models and judge claim C12 by it.
+    controls
+        Whether models see it again, frozen, mirrored, reversed and shuffled. All frames stay in memory for that.
     out
         A new folder for the results; otherwise ``runs/watch-TIME``.
     recordings
@@ -317,7 +324,8 @@ def watch(
     >>> from experiments import watch
     >>> watch("street.mp4", models=["hybrid"]).summary
     """
-    options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings}
+    options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings,
+               "controls": controls}  # fmt: skip
     asked = Asked(
         kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
         values=by_key(settings), seed=seed, options=options,

@@ -61,7 +61,7 @@ def write(asked: Asked, trial: int | None, out: Path) -> None:
     trials = {str(one.index): one for one in planned(asked).trials}
     number = next(iter(trials)) if trial is None else str(trial)
     check_known("--trial", number, list(trials))
-    chosen = dataclasses.replace(trials[number], truth=True)
+    chosen = dataclasses.replace(trials[number], truth=True, controls=None)
     showings = show(chosen)
     for showing in showings:
         place = out / f"camera{showing.eye and f'_{showing.eye}'}"

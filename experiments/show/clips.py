@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from dsnn.stimuli import SCENES, ClipParams, Stimulus, StimulusFrame, Truth
+from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusFrame, Truth
 from dsnn.stimuli.background import PHOTOGRAPH
+from dsnn.stimuli.plain import PlainParams
 from experiments.declare.clip import BACKGROUND, Clip, OfflineExperiment
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.pictures import Pictures, digests
-from experiments.show.play import FRAMES, Sample, Showing, Trial
+from experiments.show.play import FRAMES, Controls, Sample, Showing, Trial, most_common
 from experiments.store.tables import COUNTS, JOB, PEAKS, peaks
 
 if TYPE_CHECKING:
@@ -72,6 +74,11 @@ class ClipTrial(Trial):
         """The clip's frame rate, 1/s."""
         return float(self.condition.build(self.seed).fps)
 
+    def way(self) -> str:
+        """Return the true motion of most frames that move, of some; empty where none does."""
+        clip = self.condition.build(self.seed)
+        return most_common(clip[index].truth.motion for index in some(clip))
+
 
 def open_clip(clip: Clip, seed: int) -> ClipSource:
     """Return the source of a clip's frames, with the columns and measures of their trial; ``seed`` is 0 or more."""
@@ -80,7 +87,7 @@ def open_clip(clip: Clip, seed: int) -> ClipSource:
 
 def trials_of(
     experiment: OfflineExperiment, models: tuple[ConfiguredModel, ...], repeats: int, seed: int,
-    pictures: Pictures | None = None, *, truth: bool = False,
+    pictures: Pictures | None = None, *, truth: bool = False, controls: Controls | None = None,
 ) -> tuple[ClipTrial, ...]:  # fmt: skip
     """Return every clip of every repeat. Repeat r has the seed ``seed + r``, and so one scene for all its clips.
 
@@ -94,8 +101,8 @@ def trials_of(
         Number of repeats, and the seed of the first.
     pictures
         Shown in place of the scenes.
-    truth
-        Whether frames have what truly moved.
+    truth, controls
+        Whether frames have what truly moved, and what is shown beside them: as of a `Trial`.
 
     Returns
     -------
@@ -104,9 +111,29 @@ def trials_of(
     """
     whole = [(repeat, clip) for repeat in range(repeats) for clip in clips_of(experiment.clips, repeat, pictures)]
     return tuple(
-        ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models, truth=truth)
+        ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models, truth=truth, controls=controls)
         for index, (repeat, clip) in enumerate(whole)
     )
+
+
+def some(clip: Stimulus[ClipParams]) -> range:
+    """Return the indices of some ten frames of a clip, from the first on."""
+    return range(0, len(clip), max(1, len(clip) // 10))
+
+
+class Still(Stimulus[ClipParams]):
+    """The first frame of a clip throughout."""
+
+    def __init__(self, inner: Stimulus[ClipParams]) -> None:
+        super().__init__(inner.params, inner.seed)
+        self._count, self._first = len(inner), StimulusFrame(inner.frame(0).luma, Truth("still"))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def frame(self, index: int) -> StimulusFrame:
+        """Return the first frame."""
+        return self._first
 
 
 class ClipSource:
@@ -125,6 +152,17 @@ class ClipSource:
             truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
             yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX, *more)})
 
+    @contextmanager
+    def absent(self) -> Iterator[ClipSource]:
+        """Open the clip's first frame without its object, throughout: only a trembling camera moves."""
+        params, seed = self.stimulus.params, self.stimulus.seed
+        away: dict[str, Any] = {"object": "absent"} if hasattr(params, "object") else {}
+        if isinstance(params, PlainParams):
+            away = {"grey": params.background_grey}
+        still = Still(replace(self.clip, changes=dict(self.clip.changes) | away, jitter_px=0.0).build(seed))
+        trembling = Jitter(still, self.clip.jitter_px, seed) if self.clip.jitter_px else still
+        yield ClipSource(self.clip, trembling, truth=self._truth)
+
     def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
         shown: dict[str, Any] = {name: getattr(self.stimulus.params, name, None) for name in SHOWN}
@@ -135,7 +173,7 @@ class ClipSource:
 
     def _background_mean(self) -> float | None:
         """Mean grey of the rows that the object passes, without the object; ``None`` without an object."""
-        sampled = [self.stimulus[index] for index in range(0, len(self), max(1, len(self) // 10))]
+        sampled = [self.stimulus[index] for index in some(self.stimulus)]
         box = next((frame.truth.box for frame in sampled if frame.truth.box is not None), None)
         if box is None:
             return None
