@@ -108,7 +108,7 @@ def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> i
 
 
 def fit(
-    experiment: Annotated[str, typer.Argument(help="Experiments, joined by commas; or a fit that ships.")],
+    experiment: Annotated[str, typer.Argument(help="Experiments, joined by commas.")],
     over: options.Over = None,
     claims: Claims = None,
     trials: Annotated[

@@ -18,7 +18,7 @@ from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.cli.run import moved
-from experiments.kinds.tables import BEHAVIOURS, FITS, NAMES, OFFLINE, STUDIES, shipped
+from experiments.kinds.tables import BEHAVIOURS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.store.asked import Asked
 from scenes import ARENA_ENDINGS, ARENAS
 
@@ -30,7 +30,7 @@ MEANT = {
     "a strip": {"trial", "size", "frames", "model"}, "a film": {"trial", "size", "fps", "speed", "model"},
 }  # fmt: skip
 """What ``colias video`` writes -> the options that it has."""
-KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
+KINDS = ("experiments", "studies", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
 """Kinds of what there is; ``colias list`` names all of them."""
 
 
@@ -246,10 +246,6 @@ def _names(kind: str) -> Mapping[str, str]:
 
             whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
             return {name: shipped_study(name).summary for name in STUDIES} | whole
-        case "fits":
-            from experiments.kinds.registry import shipped_study
-
-            return {name: shipped_study(name).study.summary for name in FITS}
         case "scenes":
             return ARENAS
         case "presets":
