@@ -22,6 +22,7 @@ from experiments.kinds.tables import BEHAVIOURS, FITS, NAMES, OFFLINE, STUDIES, 
 from experiments.store.asked import Asked
 from scenes import ARENA_ENDINGS, ARENAS
 
+OTHER = "; --trial N for another"
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
 MEANT = {
@@ -52,19 +53,18 @@ def view(
     if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
         return _view_scene(str(source), screenshot)
     one = source.is_file() or trial is not None or screenshot is not None
-    files = [recording(source, trial)] if one else recordings_in(source)
-    if not files:
-        raise UsageError(f"{source}: no such file, or no .rrd recordings in it")
+    first = recording(source, trial)
+    files = [first] if one else [first, *(path for path in recordings_in(source) if path != first)]
     if not web and screenshot is None:
         viewer.require_screen(f"view {source}: ", "use --web, or --screenshot FILE.png")
-    with interrupts.once():
-        if screenshot is None:
-            return viewer.show(files, web=web)
-        viewer.screenshot(files[0], screenshot)
     if source.is_dir() and trial is None:
         from experiments.draw.video import Reel  # not before: it loads matplotlib, which the viewer need not
 
-        out_console.print(f"{files[0].stem}: {Reel(files[0]).name}; --trial N for another")
+        out_console.print(f"{first.stem}: {Reel(first).name}{OTHER}")
+    with interrupts.once():
+        if screenshot is None:
+            return viewer.show(files, web=web)
+        viewer.screenshot(first, screenshot)
     return 0
 
 
@@ -127,10 +127,7 @@ def video(
     from experiments.draw.video import Reel, film_times, make, strip
     from experiments.store.recordings import recording
 
-    if out.suffix and out.suffix not in ENDINGS:
-        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
-    if out.exists() or not out.parent.is_dir():
-        raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
+    _check_place(out)
     stimulus = (str(source) in STIMULI and not source.exists()) or source.suffix == ".py"
     kind = "a stimulus" if stimulus else {"": "pictures", ".png": "a strip"}.get(out.suffix, "a film")
     if other := sorted(options.typed(context) - MEANT[kind] - {"source", "out", "quiet"}):
@@ -139,25 +136,34 @@ def video(
     if stimulus:
         _write_stimulus(str(source), out, key_values(assignments), seed, jitter)
         return 0
-    shape = options.width_height(size)
+    if truth and not out.suffix:
+        _write_data_set(source, trial, out)
+        return 0
+    path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
-        (_write_data_set if truth else _write_frames)(source, trial, out)
+        _write_frames(path, out)
     elif out.suffix == ".png":
-        strip(Reel(recording(source, trial), model or ()), out, frames, shape)
+        strip(Reel(path, model or ()), out, frames, shape)
     else:
-        reel = Reel(recording(source, trial), model or ())
+        reel = Reel(path, model or ())
         with progress(out.name, len(film_times(reel, fps, speed)[0]), quiet, "frames") as advance:
             make(reel, out, shape, fps, speed, advance)
     if not quiet:
-        show_places({"strip" if out.suffix == ".png" else "video" if out.suffix else "frames": out})
+        show_places({kind.split()[-1]: out, "of": path.stem + OTHER * (trial is None and source.is_dir())})
     return 0
 
 
-def _write_frames(source: Path, trial: int | None, out: Path) -> None:
-    """Write the frames of a recording, a folder for each camera."""
-    from experiments.store.recordings import pictures, recording, write_pictures
+def _check_place(out: Path) -> None:
+    if out.suffix and out.suffix not in ENDINGS:
+        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
+    if out.exists() or not out.parent.is_dir():
+        raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
 
-    path = recording(source, trial)
+
+def _write_frames(path: Path, out: Path) -> None:
+    """Write the frames of a recording, a folder for each camera."""
+    from experiments.store.recordings import pictures, write_pictures
+
     seen = pictures(path)
     if not seen:
         raise UsageError(f"--out {out}: {path} has no pictures")

@@ -27,11 +27,12 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from dsnn.model import SPIKING
+from experiments.base import palette
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import replacing
-from experiments.base.palette import colours
+from experiments.base.palette import rgb
 from experiments.draw.style import look
-from experiments.show.record import OFF, ON, STILL, channel_title
+from experiments.show.record import lane_title
 from experiments.store.recordings import CAMERA, chunks, pictures_of, times_of
 from scenes import ARENA_RADIUS_CM
 
@@ -47,24 +48,22 @@ CODING = {
 MOST_MODELS, MOST_HZ = 8, 120.0
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
-LINES = {"hs": ("-", "line"), "vs": (":", "dotted"), "looming": ("--", "dashed")}
-"""Channel -> its line, for matplotlib and in words."""
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
-OWN_COLOUR, OTHER_COLOUR, TRUE_COLOUR = "#2e7850", "#191919", "#ff8a1f"
 FIRST = "world/observer/camera"
 """The camera whose flow is drawn."""
 CHANGE, FLOW = "change", "truth/flow"
 
 
 def changes(seen: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
-    """Turn pictures into what changed since the one before: warm where it became brighter, cool where darker."""
+    """Turn pictures into what changed since the one before, in the colours of brighter and darker pixels."""
+    still, brighter, darker = (np.array(rgb(tint)) for tint in (palette.STILL, palette.BRIGHTER, palette.DARKER))
     before: npt.NDArray[np.int16] | None = None
     for time_s, picture in seen:
         change = np.zeros(picture.shape, np.int16) if before is None else picture.astype(np.int16) - before
         before = picture.astype(np.int16)
         strength = np.clip((np.abs(change) - NOISE) / (FULL_CHANGE - NOISE), 0.0, 1.0)[..., None] ** 0.7
-        colour = np.where(change[..., None] > 0, np.array(ON), np.array(OFF))
-        yield time_s, np.rint(np.array(STILL) + strength * (colour - np.array(STILL))).astype(np.uint8)
+        colour = np.where(change[..., None] > 0, brighter, darker)
+        yield time_s, np.rint(still + strength * (colour - still)).astype(np.uint8)
 
 
 class Reel:
@@ -204,7 +203,7 @@ class Canvas:
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
             more = [*([CHANGE] if reel.eyes else []), *([FLOW] if reel.flow else [])]
             kinds = [*reel.eyes, *more, *(["plan"] if reel.tracks else [])]
-            heights = [1.0 if self._film else 1.3 * len(kinds), 0.75 + 0.25 * min(len(reel.values), 4)]
+            heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             experiment = reel.properties.get("experiment")
             figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
@@ -245,9 +244,9 @@ class Canvas:
         """Draw the true flow over the picture: a stroke from where each point was to a dot where it is."""
         eye, times = next(iter(self._reel.eyes)), np.array([*self._reel.flow])
         picture = self._picture(eye, axes)
-        strokes = LineCollection([], colors=TRUE_COLOUR, linewidths=2, animated=self._film)
+        strokes = LineCollection([], colors=palette.TRUE, linewidths=2, animated=self._film)
         axes.add_collection(strokes)
-        (heads,) = axes.plot([], [], ".", color=TRUE_COLOUR, ms=6, animated=self._film)
+        (heads,) = axes.plot([], [], ".", color=palette.TRUE, ms=6, animated=self._film)
 
         def update(time_s: float, seen: Mapping[str, Picture | None]) -> None:
             picture(time_s, seen)
@@ -269,7 +268,7 @@ class Canvas:
         axes.annotate("10 cm", (start, level), xytext=(0, 3), textcoords="offset points")
         drawn = []
         for name, track in reversed(self._reel.tracks.items()):
-            colour = OWN_COLOUR if name == "observer" else OTHER_COLOUR
+            colour = palette.OBSERVER if name == "observer" else palette.STIMULUS
             (trail,) = axes.plot([], [], color=colour, lw=1, animated=self._film)
             body = Circle((0, 0), ROBOT_CM, color=colour, animated=self._film, zorder=3)
             axes.add_patch(body)
@@ -293,10 +292,9 @@ class Canvas:
             return {}
         columns = 1 if len(reel.values) <= 3 else 2
         grid = figure.subplots(-(-len(reel.values) // columns), columns, sharex=True, squeeze=False)
-        tints = colours(reel.values)
         lanes = dict(zip(reel.values, grid.T.flat, strict=False))
         for model, axes in lanes.items():
-            self._lane(axes, model, tints[model])
+            self._lane(axes, model)
             for time_s in moments:
                 axes.axvline(time_s, color="#787878", lw=1)
         for axes in list(grid.T.flat)[len(lanes) :]:
@@ -305,26 +303,29 @@ class Canvas:
             axes.set_xlabel("time (s)")
         return lanes
 
-    def _lane(self, axes: Axes, model: str, tint: str) -> None:
+    def _lane(self, axes: Axes, model: str) -> None:
         channels, levels = self._reel.values[model], self._reel.levels.get(model, [])
         potentials = {name: series for name, series in channels.items() if "/" not in name}
-        spikes = [series for name, series in channels.items() if "/" in name and series[1].any()]
+        spikes = {name.removeprefix("spikes/"): series for name, series in channels.items()
+                  if "/" in name and series[1].any()}  # fmt: skip
         high = max([0.1, *(np.nanmax(np.abs(values)) for _, values in potentials.values()), *map(abs, levels)])
-        negative = any((values < -0.05 * high).any() for _, values in [*potentials.values(), *spikes])
+        negative = any((values < -0.05 * high).any() for _, values in [*potentials.values(), *spikes.values()])
         begin, end = self._reel.time_s[0], self._reel.time_s[-1] + 1e-6
         axes.set(xlim=(begin, end), ylim=(-1.3 * high if negative else -0.25 * high, 1.3 * high))
         axes.yaxis.set_major_locator(MaxNLocator(4))  # others go by the layout, which goes by them
         axes.axhline(0.0, color="#c9c9c9", lw=1)
         for level in levels:
-            axes.axhline(level, color=tint, lw=1, ls=(0, (5, 3)))
+            axes.axhline(level, color=palette.THRESHOLD, lw=1, ls=(0, (5, 3)))
+            named = f"T = {level:g}" if level > 0.0 or -level not in levels else ""
+            axes.annotate(named, (begin, level), (2, 2), textcoords="offset points", color=palette.GREY)
         for channel, (time_s, values) in potentials.items():
-            axes.plot(time_s, values, LINES[channel][0], color=tint, lw=2)
-        for time_s, counts in spikes:
+            axes.plot(time_s, values, color=palette.CHANNELS[channel], lw=2, label=channel)
+        for channel, (time_s, counts) in spikes.items():
             edge = 1.3 * high * np.sign(counts)
             axes.vlines(time_s, edge, edge - high * (0.05 * np.sign(counts) + 0.13 * counts / np.abs(counts).max()),
-                        color=tint, lw=2)  # fmt: skip
-        looks = ", ".join(f"{channel_title(name)} ({LINES[name][1]})" for name in potentials)
-        axes.set_title(f"{model}: {looks}; strokes at the edges: spikes", loc="left")
+                        color=palette.CHANNELS[channel], lw=2)  # fmt: skip
+        strokes = "; strokes at the edge: spikes" * bool(spikes)
+        axes.set_title(f"{lane_title(model, potentials, levels)}{strokes}", loc="left")
         if self._film:  # what is to come is faint
             veil = axes.axvspan(begin, end, facecolor=(1, 1, 1, 0.8), edgecolor="#3c3c3c", animated=True, zorder=5)
             self._updates[0].append(lambda time_s, _: veil.set_bounds(time_s, -1.0, end - begin, 3.0))
@@ -349,7 +350,7 @@ class Canvas:
 
 def _panel_title(kind: str) -> str:
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
-    titles = {"plan": "from above", CHANGE: "brighter (warm), darker (cool)", FLOW: "true flow since the frame before"}
+    titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink", FLOW: "true flow since the frame before"}
     return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")
 
 
@@ -436,7 +437,7 @@ def moments(reel: Reel, count: int) -> list[float]:
 def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None) -> None:
     """Write a strip as a PNG file: pictures of ``count`` `moments`, and below them the traces with a line at each."""
     kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.flow) + bool(reel.tracks)
-    size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
+    size = size or (1800, round(1.5 * kinds * 1800 / count * 0.8) + 60)
     times = moments(reel, count)
     picture = Canvas(reel, size, times).strip(times, list(reel.seen(times)))
     with replacing(out) as partial:

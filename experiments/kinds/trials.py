@@ -19,7 +19,7 @@ from experiments.declare.experiment import Experiment
 from experiments.draw.terminal import show_silent, show_verdicts
 from experiments.judge import stored
 from experiments.judge.judge import flaws, judge
-from experiments.judge.tests import summary_rows
+from experiments.judge.tests import least_of_pairs, p_text, summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
@@ -306,7 +306,11 @@ def show(run: Run) -> None:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
         title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
-        console.show(run.comparisons.select(columns), title)
+        words = [p_text(p, least_of_pairs(n)) for p, n in run.comparisons.select("p_holm", "n").rows()]
+        difference = pl.col("mean_difference").round(3) + 0.0  # a difference below a thousandth is 0, and 0 has no sign
+        console.show(run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words)), title)
+    elif rows and len(models) > 1:
+        out_console.print("\nmodels are not compared: fewer than two of them spiked or were silent in the same trial")
     show_controls(run)
     if rows and (beware := flaws(without_controls(run.trials).to_dicts())):
         out_console.print(f"\nbeware: {beware}", style="red")

@@ -66,7 +66,7 @@ LABELS = {
     "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
     "alarms_background": "false alarms, background (1/min)",
     "gain": "gain over the best control (score)",
-    "us_99x72": "time per frame of 99x72 (µs)", "us_320x180": "time per frame of 320x180 (µs)",
+    "us_99x72": "µs per frame of 99x72 (logarithmic)", "us_320x180": "µs per frame of 320x180 (logarithmic)",
 }  # fmt: skip
 """Measure -> its words in a figure."""
 CHANCE = {"direction_": 0.25, "auc_": 0.5}
@@ -386,8 +386,8 @@ def finding(board: str, table: pl.DataFrame) -> str:
     score = f"mean {'AUC' if board == LOOMING else 'direction accuracy'}"
     if (first := scores.count(scores[0])) > 1:
         return f"{first} of {len(scores)} models share the best {score}, {scores[0]:.2f}"
-    rank = f"ranks first of {len(scores)} models by {board}, with" if len(scores) > 1 else "has"
-    return f"{table['model'][0]} {rank} a {score} of {scores[0]:.2f}"
+    rank = f"ranks first of {len(scores)} models:" if len(scores) > 1 else "has a"
+    return f"{table['model'][0]} {rank} {score} {scores[0]:.2f}"
 
 
 def measures(table: pl.DataFrame) -> list[str]:

@@ -241,7 +241,8 @@ def record(trial: Trial, showings: Sequence[Showing], _rows: Sequence[Mapping[st
     shown = rr.DynamicArchetype(type(stimulus.params).__name__, components=settings)
     content = rerun.Content(tuple(rerun.RecordedModel.of(model) for model, _ in showing.series()), eyes=("",))
     identity = f"{trial.experiment}-{trial.index}-{trial.seed}"
-    return rerun.write(content, frames, trial.condition.name, identity, {"stimulus": shown}, boxes)
+    about, name = rerun.note(settings), trial.condition.name
+    return rerun.write(content, frames, name, identity, {"stimulus": shown}, boxes, about)
 
 
 def recorded(

@@ -12,10 +12,12 @@ import numpy as np
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import MAP_SCALES
+from experiments.base import palette
+from experiments.base.palette import Colour
 from experiments.show import record as rerun
 from experiments.show.course import obstacles
 from experiments.show.play import Showing
-from experiments.show.record import Colour, Content, Frames, RecordedModel
+from experiments.show.record import Content, Frames, RecordedModel
 from experiments.show.robot import RobotTrial, scene_of
 from scenes import ARENAS
 
@@ -39,11 +41,13 @@ def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mappin
     }
     shown = {row["model"]: by_label[row["model"]] for row in rows}
     seen = frames(showings, {label: series for label, (_, series) in shown.items()})
+    told = {"condition": trial.label(), **{f"{row['model']} spikes": row["spikes"] for row in rows}}
+    about = rerun.note(told, f"colias video RUN --trial {trial.index} --out trial.mp4", "colias run --again RUN")
     # Equal for equal trials alone: the viewer merges recordings of one identity.
     digest = hashlib.blake2s(repr(trial).encode(), digest_size=6).hexdigest()
     return rerun.write(
         content(trial, seen, (RecordedModel.of(model) for model, _ in shown.values())), seen, title(trial),
-        f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.properties(properties)},
+        f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.properties(properties)}, about=about,
     )  # fmt: skip
 
 
@@ -100,12 +104,11 @@ def _exposure(eye: str) -> str:
 
 @lru_cache
 def map_colours(name: str) -> tuple[Colour, ...]:
-    """Return the colours of a layer's 256 values: warm where it became brighter, cool where darker, else dark."""
+    """Return the colours of a layer's 256 values: what became brighter, what became darker, else dark."""
     gain, zero = MAP_SCALES[name]
     clipped = max(zero, 0.0)  # the values below are noise
     strength = [(value - clipped) / (gain * MAP_FULL[name]) for value in range(256)]
     if name == "f_off":
         strength = [-share for share in strength]
-    return tuple(
-        rerun.mixed(rerun.STILL, rerun.ON if share > 0 else rerun.OFF, min(abs(share), 1.0)) for share in strength
-    )
+    still, darker, brighter = map(palette.rgb, (palette.STILL, palette.DARKER, palette.BRIGHTER))
+    return tuple(palette.mixed(still, brighter if share > 0 else darker, min(abs(share), 1.0)) for share in strength)
