@@ -32,7 +32,7 @@ def draw(found: Mapping[tuple[str, str], Floats], words: Sequence[str]) -> Figur
         panels = style.grid(figure, len(found), across)
         for axes, ((model, kind), values), word in zip(panels, found.items(), words, strict=True):
             places = range(len(MEANS))
-            style.means(axes, places, values.T.tolist(), palette.INK, line="none", gap=1.0)
+            style.means(axes, places, values.T.tolist(), palette.CHANNELS.get(kind, palette.INK), line="none", gap=1.0)
             axes.axhline(0.5 if kind == "looming" else 0.0, color=palette.GREY, ls=":", lw=0.8, zorder=1)
             axes.set_xticks(places, MEANS, rotation=35, ha="right")
             axes.set_ylabel(style.wrapped(MEASURES[kind], HEIGHT - 0.5, style.SMALL), fontsize=style.SMALL)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from experiments.base.errors import UsageError, short
+from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.base.streams import stream
 from experiments.declare.outcome import together
@@ -284,8 +284,6 @@ def fit_of(asked: Asked) -> Fit:
     numbers = {name: asked.option(name) for name in ("trials", "share", "sample", "held_out", "search_repeats")}
     given = {name: value for name, value in numbers.items() if value is not None}
     if asked.declared is not None:
-        if not isinstance(asked.declared, Fit):
-            raise UsageError(f"fit must be an experiments.Fit, got {short(asked.declared)}")
         return replace(asked.declared, **given)
     if not asked.what:
         raise UsageError("a script gave it a fit of its own: run the script")
