@@ -205,9 +205,7 @@ def vision(chosen: ConfiguredModel) -> Iterator[str]:
     """
     down = crossing(SHAPE[::-1]).transpose(0, 2, 1)
     clips = {"hs": (crossing(), 2), "vs": (down, 1), "looming": (approach(), 2)}
-    for channel, (clip, axis) in clips.items():
-        if channel not in chosen.channels:
-            continue
+    for channel, (clip, axis) in ((name, clips[name]) for name in clips if name in chosen.channels):
         shown = {
             "shown": clip, "frozen": np.repeat(clip[:1], len(clip), 0), "absent": np.full_like(clip, clip[0, 0, 0]),
             "mirrored": np.flip(clip, axis), "reversed": clip[::-1],

@@ -63,8 +63,7 @@ def check(
     out_console.print(f"{label} {summary}")
     if laws is MODELS and not troubles[answers]:
         out_console.print("is it vision? one clip and its controls (words need trials: colias run general --controls):")
-        for line in vision(subject):
-            out_console.print(line)
+        out_console.print(*vision(subject), sep="\n")
     return options.EXIT_FAILED if broken else 0
 
 

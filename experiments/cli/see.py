@@ -236,16 +236,14 @@ def list_names(
 
 def _names(kind: str) -> Mapping[str, str]:
     """Return what there is of a kind: its name, and what it is."""
+    from experiments.kinds import registry
+
     match kind:
         case "experiments":
-            from experiments.kinds import registry
-
             return {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
         case "studies":
-            from experiments.kinds.registry import shipped_study
-
             whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
-            return {name: shipped_study(name).summary for name in STUDIES} | whole
+            return {name: registry.shipped_study(name).summary for name in STUDIES} | whole
         case "scenes":
             return ARENAS
         case "presets":

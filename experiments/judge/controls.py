@@ -96,10 +96,9 @@ def numbers(frames: pl.DataFrame, models: Sequence[ConfiguredModel]) -> list[dic
     rows = []
     for model in models:
         own = {name: _means(frames, model.label, name) for name in MEANS}
-        for channel in ("hs", "vs", "looming"):
-            if channel in model.channels:
-                means = {name: trials[0][channel] for name, trials in own.items() if 0 in trials}
-                rows.append({**dict.fromkeys(COLUMNS), "model": model.label, "response": channel, "n": 1, **means})
+        for channel in (channel for channel in ("hs", "vs", "looming") if channel in model.channels):
+            means = {name: trials[0][channel] for name, trials in own.items() if 0 in trials}
+            rows.append({**dict.fromkeys(COLUMNS), "model": model.label, "response": channel, "n": 1, **means})
     return rows
 
 
@@ -133,10 +132,8 @@ def word_of(values: Floats, kind: str, *, random: bool = True) -> dict[str, Any]
     differences = [float((first - second).mean()) for first, second in pairs]
     found = [int(np.sign(difference)) if abs(difference) >= MARGIN["potential"] and p < LEVEL else 0
              for difference, p in zip(differences, p_values, strict=True)]  # fmt: skip
-    word = BLIND
-    for name, signs in SIGNS.items():
-        if all(sign in (0, there) for sign, there in zip(signs[kind], found, strict=True)):
-            word = name
+    whole = {word: zip(signs[kind], found, strict=True) for word, signs in SIGNS.items()}
+    word = next((word for word, pairs in whole.items() if all(sign in (0, there) for sign, there in pairs)), BLIND)
     texts = [f"{first} - {second} {written(difference)} (p {written(p)})"
              for (first, second), difference, p in zip(TESTS[kind], differences, p_values, strict=True)]  # fmt: skip
     detectable = max(_detectable(first - second, len(pairs)) for first, second in pairs)

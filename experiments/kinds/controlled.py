@@ -28,7 +28,7 @@ def conclude_controls(plan: Plan[Any], folder: RunFolder, ways: Mapping[int, str
 
     found = measured(folder.table("frames"), ways, plan.models)
     words = [word_of(values, kind, random=plan.random) for (_, kind), values in found.items()]
-    rows = [{"model": model, "response": kind, **word} for (model, kind), word in zip(found, words, strict=True)]
+    rows = ({"model": model, "response": kind, **word} for (model, kind), word in zip(found, words, strict=True))
     folder.write_rows("controls.csv", [{name: row[name] for name in COLUMNS} for row in rows])
     if drawn := {key: values for key, values in found.items() if len(values)}:
         known = [word["word"] for word in words if word["n"]]

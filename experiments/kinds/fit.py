@@ -284,7 +284,8 @@ def fit_of(asked: Asked) -> Fit:
     numbers = {name: asked.option(name) for name in ("trials", "share", "sample", "held_out", "search_repeats")}
     given = {name: value for name, value in numbers.items() if value is not None}
     if asked.declared is not None:
-        return replace(asked.declared, **given)
+        declared: Fit = asked.declared
+        return replace(declared, **given)
     if not asked.what:
         raise UsageError("a script gave it a fit of its own: run the script")
     name = f"fit-{'-'.join(Path(one).stem for one in asked.what)}"

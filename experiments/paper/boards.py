@@ -361,9 +361,7 @@ def rank(
     return boards
 
 
-def _gain(
-    own: Mapping[str, Score | None], rivals: Sequence[Mapping[str, Score | None]], board: str
-) -> Score | None:  # fmt: skip
+def _gain(own: Mapping[str, Score | None], rivals: Sequence[Mapping[str, Score | None]], board: str) -> Score | None:
     """Return how far the mean score of a model is above that of its best control; ``None`` where one has none."""
     known = [[score.value for name, score in one.items() if name.startswith(RANKED_BY[board][0]) and score]
              for one in (own, *rivals)]  # fmt: skip

@@ -14,7 +14,7 @@ import polars as pl
 
 from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusFrame, Truth
 from dsnn.stimuli.background import PHOTOGRAPH
-from dsnn.stimuli.plain import PlainParams
+from dsnn.stimuli.still import Still, without_object
 from experiments.declare.clip import BACKGROUND, Clip, OfflineExperiment
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.pictures import Pictures, digests
@@ -121,21 +121,6 @@ def some(clip: Stimulus[ClipParams]) -> range:
     return range(0, len(clip), max(1, len(clip) // 10))
 
 
-class Still(Stimulus[ClipParams]):
-    """The first frame of a clip throughout."""
-
-    def __init__(self, inner: Stimulus[ClipParams]) -> None:
-        super().__init__(inner.params, inner.seed)
-        self._count, self._first = len(inner), StimulusFrame(inner.frame(0).luma, Truth("still"))
-
-    def __len__(self) -> int:
-        return self._count
-
-    def frame(self, index: int) -> StimulusFrame:
-        """Return the first frame."""
-        return self._first
-
-
 class ClipSource:
     """The frames of a clip, with their truth: motion, and the outline of the object in px."""
 
@@ -155,10 +140,7 @@ class ClipSource:
     @contextmanager
     def absent(self) -> Iterator[ClipSource]:
         """Open the clip's first frame without its object, throughout: only a trembling camera moves."""
-        params, seed = self.stimulus.params, self.stimulus.seed
-        away: dict[str, Any] = {"object": "absent"} if hasattr(params, "object") else {}
-        if isinstance(params, PlainParams):
-            away = {"grey": params.background_grey}
+        away, seed = without_object(self.stimulus.params), self.stimulus.seed
         still = Still(replace(self.clip, changes=dict(self.clip.changes) | away, jitter_px=0.0).build(seed))
         trembling = Jitter(still, self.clip.jitter_px, seed) if self.clip.jitter_px else still
         yield ClipSource(self.clip, trembling, truth=self._truth)

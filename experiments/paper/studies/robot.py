@@ -44,14 +44,14 @@ FIDELITY = Study(
 LIGHTS = {"1": (), "0.1": ("scene.light=0.1", "camera.exposure_samples=2", "camera.row_bands=4")}
 TARGETS = {f"{target}": (f"camera.ae_target={target}",) for target in (60, 108, 150)}
 """Mean grey that the exposure loop aims at: darker than after a reset, as after a reset, and brighter."""
-GAMMA, LUMA = (OV7670, "camera.gamma=true"), "camera.ae_meter=luma"
+METERED = "camera.preset=ov7670-gamma-metered"
 RANGE = {
     "default": ("camera.preset=default", "camera.ae_target=108", "camera.exposure_samples=1", "camera.row_bands=6"),
     "ov7670": (OV7670,),
     "ov7670, falloff": (OV7670, "camera.vignetting=4"),
-    "gamma, metered": (*GAMMA, LUMA),
-    "gamma, not metered": GAMMA,
-    "steep gamma, metered": (*GAMMA, f"camera.gamma_points={','.join(map(str, GAMMA_VENDOR))}", LUMA),
+    "gamma, metered": (METERED,),
+    "gamma, not metered": ("camera.preset=ov7670-gamma",),
+    "steep gamma, metered": (METERED, f"camera.gamma_points={','.join(map(str, GAMMA_VENDOR))}"),
 }
 """The default eye has no loop, so one target is enough, and one render of all rows. The others are ``ov7670`` with a
 lens that falls off as the cosine to the fourth, with the sensor's gamma curve after a reset, or with the vendor's
