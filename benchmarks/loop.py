@@ -20,7 +20,7 @@ def loop_table() -> Table:
     quiet = CameraConfig(shot_noise=0.0, read_noise=0.0)
     with (
         Simulation(camera=quiet) as without, Simulation() as noisy, Simulation(seeing=False) as blind,
-        Simulation(camera=quiet, truth=True) as told,
+        Simulation(camera=quiet, truth=True) as truthful,
     ):  # fmt: skip
         model, rng = DSNN((72, 99), DSNNParams.robot()), np.random.default_rng(0)
 
@@ -45,7 +45,7 @@ def loop_table() -> Table:
                 "loop": lambda: crossing(without, step),
                 "noise": lambda: crossing(noisy, lambda frame: None),
                 "trial": lambda: crossing(noisy, step),
-                "truth": lambda: crossing(told, lambda frame: told.truth()),
+                "truth": lambda: crossing(truthful, lambda frame: truthful.truth()),
             }
         )
     table = Table(title="Closed loop at 99x72, microseconds a frame (best of 15 rounds; ratios: median of rounds)")

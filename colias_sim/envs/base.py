@@ -473,8 +473,9 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
     def _true_motion(self) -> dict[str, float]:
         """Summarise what truly moved in the last frame: the robots that drive, or the wall where none does."""
-        others = set(self._sim.robots) - {self._observer.name}
-        return self.truth().columns(others or {"wall"}) if self.options.truth else {}
+        if not self.options.truth:
+            return {}
+        return self.truth().columns(set(self._sim.robots) - {self._observer.name} or {"wall"})
 
     def _check_open(self) -> None:
         if self._closed:

@@ -126,7 +126,7 @@ def _done(asked: Asked, call: str, out: str | os.PathLike[str] | None, pool: Wor
 
 
 def fit(
-    fit: str | Fit,
+    fit: Fit,
     *,
     seed: int = 0,
     out: str | os.PathLike[str] | None = None,
@@ -142,7 +142,7 @@ def fit(
     Parameters
     ----------
     fit
-        The fit, or the name of one that ships.
+        The claims, the trials and the box.
     seed
         Seed of the search, 0 or more. The seeds of the second judging and of the sample follow from it.
     out
@@ -174,8 +174,7 @@ def fit(
     >>> run = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
     >>> print(*run.fitted["sentences"], sep="\\n")
     """
-    named, declared = ((fit,), None) if isinstance(fit, str) else ((), fit)
-    asked = Asked(kind="fit", what=named, declared=declared, seed=operator.index(seed))
+    asked = Asked(kind="fit", declared=fit, seed=operator.index(seed))
     return _done(asked, "experiments.fit", out, Workers(workers, cluster, quiet=quiet))
 
 

@@ -255,8 +255,8 @@ def plan(asked: Asked) -> Plan[Any]:
     Parameters
     ----------
     asked
-        What was asked for: a fit that ships, or experiments. Its options are ``over``, the box as ``KEY=A..B`` texts;
-        ``claims`` and ``replicates``; and ``trials``, ``share``, ``sample``, ``held_out`` and ``search_repeats``, as of
+        What was asked for: a fit, or experiments. Its options are ``over``, the box as ``KEY=A..B`` texts; ``claims``
+        and ``replicates``; and ``trials``, ``share``, ``sample``, ``held_out`` and ``search_repeats``, as of
         `experiments.Fit`.
 
     Raises

@@ -41,8 +41,8 @@ def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mappin
     }
     shown = {row["model"]: by_label[row["model"]] for row in rows}
     seen = frames(showings, {label: series for label, (_, series) in shown.items()})
-    told = {"condition": trial.label(), **{f"{row['model']} spikes": row["spikes"] for row in rows}}
-    about = rerun.note(told, f"colias video RUN --trial {trial.index} --out trial.mp4", "colias run --again RUN")
+    values = {"condition": trial.label(), **{f"{row['model']} spikes": row["spikes"] for row in rows}}
+    about = rerun.note(values, f"colias video RUN --trial {trial.index} --out trial.mp4", "colias run --again RUN")
     # Equal for equal trials alone: the viewer merges recordings of one identity.
     digest = hashlib.blake2s(repr(trial).encode(), digest_size=6).hexdigest()
     return rerun.write(
