@@ -33,10 +33,10 @@ from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
 from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, bearing
 from colias_sim.streams import clearing, episode, film, world
+from colias_sim.truth import Truth
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
-    from colias_sim.truth import Truth
 
 Wheels = npt.NDArray[np.float32]
 
