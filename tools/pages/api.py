@@ -35,7 +35,7 @@ def public() -> dict[str, Any]:
 def links() -> dict[str, str]:
     """Return the words in types that are links -> what they link to: public classes, by either name.
 
-    Names of Python's own types that numpydoc would look up elsewhere stay words, and so do names that two packages have.
+    Names of Python's own types that numpydoc would look up elsewhere stay words; so do names of two classes.
     """
     classes = [name for name, thing in public().items() if inspect.isclass(thing)]
     short = {name.rpartition(".")[2]: name for name in reversed(classes)}
