@@ -89,7 +89,7 @@ test-live: $(READY) ## The tests of the page of colias live, which need the extr
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train
-	$(BIN)/python -m pytest tests/experiments/kinds/test_training.py
+	$(BIN)/python -m pytest tests/experiments/kinds/test_training.py tests/dsnn/test_adapters.py tests/docs/test_docs_vision.py
 
 fuzz: $(READY) ## The network and the chip's records in C under the sanitizers: 2,000 cases
 	COLIAS_FUZZ_CASES=2000 $(BIN)/python -m pytest tests/dsnn/test_native.py tests/experiments/robot/test_serial.py \

@@ -18,7 +18,10 @@ FRAMES = 60
 def loop_table() -> Table:
     """A crossing at 6 cm/s: physics and render, the floor; with the network, the closed loop; a trial has noise too."""
     quiet = CameraConfig(shot_noise=0.0, read_noise=0.0)
-    with Simulation(camera=quiet) as without, Simulation() as noisy, Simulation(seeing=False) as blind:
+    with (
+        Simulation(camera=quiet) as without, Simulation() as noisy, Simulation(seeing=False) as blind,
+        Simulation(camera=quiet, truth=True) as truthful,
+    ):  # fmt: skip
         model, rng = DSNN((72, 99), DSNNParams.robot()), np.random.default_rng(0)
 
         def crossing(sim: Simulation, do: Callable[[Frame], object]) -> int:
@@ -42,6 +45,7 @@ def loop_table() -> Table:
                 "loop": lambda: crossing(without, step),
                 "noise": lambda: crossing(noisy, lambda frame: None),
                 "trial": lambda: crossing(noisy, step),
+                "truth": lambda: crossing(truthful, lambda frame: truthful.truth()),
             }
         )
     table = Table(title="Closed loop at 99x72, microseconds a frame (best of 15 rounds; ratios: median of rounds)")
@@ -59,6 +63,7 @@ def loop_table() -> Table:
         "render": times["floor"].min() - times["physics"].min(),
         "network": times["loop"].min() - times["floor"].min(),
         "camera noise": times["noise"].min() - times["floor"].min(),
+        "truth (flow, depth, surface)": times["truth"].min() - times["floor"].min(),
     }.items():
         table.add_row(f"  {name}", f"{us:.0f}", f"{us / times['floor'].min():.2f}", "")
     return table

@@ -45,6 +45,7 @@ __all__ = [
     "Simulation",
     "Stretch",
     "Tracker",
+    "Truth",
     "__version__",
     "bearing",
     "register_envs",
@@ -56,9 +57,11 @@ __all__ = [
 if TYPE_CHECKING:
     from colias_sim.camera import Camera, Frame
     from colias_sim.simulation import Simulation
+    from colias_sim.truth import Truth
 else:
     __getattr__, _, _ = lazy_loader.attach(
-        __name__, submod_attrs={"camera": ["Camera", "Frame"], "simulation": ["Simulation"]}
+        __name__,
+        submod_attrs={"camera": ["Camera", "Frame"], "simulation": ["Simulation"], "truth": ["Truth"]},
     )
 
     def __dir__() -> list[str]:

@@ -29,6 +29,7 @@ from colias_sim.offscreen import Offscreen
 from colias_sim.optics import Lamps, Noise, Tone, falloff, point_spread
 from colias_sim.scene import steps_per_frame
 from colias_sim.sensor import Sensor, render_shape, slots_of
+from colias_sim.truth import Rays
 
 Floats = npt.NDArray[np.float32]
 VIDEO_BLACK, VIDEO_WHITE = 16.0, 235.0
@@ -78,6 +79,8 @@ class Camera:
         Name of the camera in the scene.
     config
         The camera's settings.
+    truth
+        Whether it remembers what its pixels truly show, in ``rays``, which otherwise is ``None``.
 
     Raises
     ------
@@ -87,8 +90,9 @@ class Camera:
         No OpenGL backend works.
     """
 
-    def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig) -> None:
+    def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig, *, truth: bool = False) -> None:
         self.config = self._made_with = config
+        self.rays = Rays(model, name, config) if truth else None
         self._steps = steps_per_frame(config.fps)
         self._eye = mujoco.MjvCamera()
         self._eye.type, self._eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, model.camera(name).id
@@ -136,6 +140,8 @@ class Camera:
             The twin.
         """
         twin = copy.copy(self)
+        if self.rays is not None:
+            twin.rays = Rays(model, model.camera(self._eye.fixedcamid).name, self._made_with)
         twin._lamps = None if self._lamps is None else Lamps(model)
         twin._offscreen = self._offscreen.copy(model)
         twin._sensor = Sensor(self._eye, twin._offscreen, self._made_with)
@@ -202,6 +208,8 @@ class Camera:
             State of the scene. Parts of the first frame that are exposed before it show this state.
         """
         self._sensor.restart()
+        if self.rays is not None:
+            self.rays.restart()
         self._last = None
         self._exposure_ms = self.config.exposure_ms
         if self._lamps is not None:
@@ -213,6 +221,8 @@ class Camera:
             for render in self.renders:
                 if render.step < 1:
                     self.expose(data, render)
+                    if self.rays is not None:
+                        self.rays.note(data, render)
             self.collect()
 
     def expose(self, data: mujoco.MjData, render: Render = WHOLE) -> None:
@@ -239,6 +249,8 @@ class Camera:
     def skip(self) -> None:
         """Discard the current frame and continue with the next. The exposure loop pauses."""
         self._sensor.discard()
+        if self.rays is not None:
+            self.rays.turn()
         self._turn(self._next_planned)
 
     def develop(self, rng: np.random.Generator, time: float) -> Frame:
@@ -275,11 +287,14 @@ class Camera:
             self._exposure_ms = next_exposure(config, self._exposure_ms, mean, exposure_ms)
         self._sensor.discard()
         # Disabled parts draw no random numbers, so that the noise of the others stays the same.
+        again = False
         if config.drop_probability > 0.0:
             dropped = rng.random() < config.drop_probability
-            if dropped and self._last is not None:
+            if again := dropped and self._last is not None:
                 frame = replace(self._last, time=time, age_ms=self._last.age_ms + 1000.0 * (time - self._last.time))
             self._last = frame
+        if self.rays is not None:
+            self.rays.turn(again=again)
         self._turn(self._plan(rng.standard_normal() if config.jitter_ms > 0.0 else 0.0))
         return frame
 

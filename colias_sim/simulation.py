@@ -23,6 +23,7 @@ from colias_sim.pose import Pose
 from colias_sim.robot import ParkedRobot, Robot
 from colias_sim.scene import compile_model, steps_per_command, steps_per_frame, timestep
 from colias_sim.snapshot import PARTS, SCENE
+from colias_sim.truth import Moment, Picture, Truth
 from dsnn.snapshot import pack, put, take, unpack
 
 SETTLE_STEPS = 150
@@ -32,7 +33,7 @@ ROBOT_DIAMETER = 0.04
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 """All of MuJoCo's state that its next step depends on."""
-VALUES = Frame, Pose, CameraConfig
+VALUES = Frame, Pose, CameraConfig, Moment, Picture
 
 Control = Callable[[float], None]
 """A controller. It is called before each control interval with its length in seconds, and calls `Robot.drive`."""
@@ -64,6 +65,8 @@ class Simulation:
         Whether robots collide with the wall.
     seeing
         Whether there is a camera. Without one nothing is rendered, and only `advance` moves the simulation forward.
+    truth
+        Whether to remember the last frames for `truth`. It changes no frame.
 
     Raises
     ------
@@ -95,6 +98,7 @@ class Simulation:
         *,
         fence: bool = False,
         seeing: bool = True,
+        truth: bool = False,
     ) -> None:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
         self.camera_config = camera
@@ -110,8 +114,9 @@ class Simulation:
         if seeing and eye_of not in self.robots:
             raise ValueError(f"eye_of must be one of {', '.join(self.robots)}, got {eye_of}")
         self.eye_of = eye_of
-        self.cameras = {name: Camera(self.model, f"{name}/eye", camera) for name in ([eye_of] if seeing else [])}
-        settings = f"{self.scene} {robot} {camera} {variants} {eye_of} {fence} {seeing} {self.model.signature}"
+        eyes = [eye_of] if seeing else []
+        self.cameras = {name: Camera(self.model, f"{name}/eye", camera, truth=truth) for name in eyes}
+        settings = f"{self.scene} {robot} {camera} {variants} {eye_of} {fence} {seeing} {truth} {self.model.signature}"
         self._kind = "Simulation", settings
 
     def _bind(self, model: mujoco.MjModel) -> None:
@@ -338,6 +343,29 @@ class Simulation:
         self.advance(control)
         return self.camera(self.eye_of).develop(rng, self.data.time)
 
+    def truth(self, since: int = 1) -> Truth:
+        """Return what each pixel of the last frame of the robot ``eye_of`` truly shows.
+
+        Parameters
+        ----------
+        since
+            How many frames ago the frame before it was, 1 to 6.
+
+        Returns
+        -------
+        Truth
+            Flow, depth and surface of each pixel.
+
+        Raises
+        ------
+        ValueError
+            ``since`` is out of range, or the simulation was made without ``truth=True``.
+        """
+        rays = self.camera(self.eye_of).rays
+        if rays is None:
+            raise ValueError("this simulation remembers no truth: make the Simulation with truth=True")
+        return rays.truth(since)
+
     def advance(self, control: Control | None = None, *, look: bool = True) -> None:
         """Advance by one frame without developing it; call ``develop`` of a camera for its frame.
 
@@ -348,7 +376,9 @@ class Simulation:
         look
             Whether to render. The physics are the same either way.
         """
-        due = tuple((name, one.renders if look else (), one.next_renders) for name, one in self.cameras.items())
+        due = tuple(
+            (name, one.renders if look or one.rays else (), one.next_renders) for name, one in self.cameras.items()
+        )
         for steps, command, renders in _events(self._steps, self._command_steps, due):
             if command and control is not None:
                 control(self.command_interval)
@@ -360,7 +390,11 @@ class Simulation:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
                 mujoco.mj_camlight(self.model, self.data)
                 for name, render in renders:
-                    self.cameras[name].expose(self.data, render)
+                    camera = self.cameras[name]
+                    if look or render.ahead:
+                        camera.expose(self.data, render)
+                    if camera.rays is not None:
+                        camera.rays.note(self.data, render)
         for camera in self.cameras.values():
             camera.collect()
             if not look:

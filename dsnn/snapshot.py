@@ -210,8 +210,13 @@ def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
         arrays.append(array.reshape(-1).view(np.uint8).data)
         begin, fixed = sum(map(len, arrays[:-1])), scalar or not value.flags.writeable
         return {"array": [begin, begin + array.nbytes, array.dtype.str, list(np.shape(value)), scalar, fixed]}
-    inner = _INNER.get(type(value), lambda one: {field.name: getattr(one, field.name) for field in fields(one)})
+    inner = _INNER.get(type(value), _fields)
     return {type(value).__name__: _plain(inner(value), arrays, states)}
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    """Return what a dataclass is made of; fields that it is not made of are computed again."""
+    return {field.name: getattr(value, field.name) for field in fields(value) if field.init}
 
 
 def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:

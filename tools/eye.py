@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
-from experiments.draw.style import BODY, LOOK, WIDTH, shades
+from experiments.draw.style import BODY, LOOK, WIDTH, tints
 
 DOCS = Path(__file__).parents[1] / "docs"
 SPEED = 0.3
@@ -62,7 +62,7 @@ def drawn() -> Figure:
         axes.set_title(f"{words}\n{frame.exposure_ms:.1f} ms", fontsize=BODY)
         axes.set_axis_off()
     mean, exposure, lens = (figure.add_subplot(grid[1, 4 * i : 4 * i + 4]) for i in range(3))
-    for start, colour in shades((0.5, 8.0, 30.0)).items():
+    for start, colour in tints((0.5, 8.0, 30.0)).items():
         frames = settling(start)
         mean.plot([frame.luma.mean() for frame in frames], ".-", color=colour, label=f"from {start:g} ms")
         exposure.semilogy([frame.exposure_ms for frame in frames], ".-", color=colour)
@@ -75,7 +75,7 @@ def drawn() -> Figure:
     for axes in (mean, exposure):
         axes.set_xticks(range(0, 16, 5))
     f = np.linspace(0.0, 0.5, 100)
-    for sd, colour in shades((EYE.blur_px, 0.6, 1.0)).items():
+    for sd, colour in tints((EYE.blur_px, 0.6, 1.0)).items():
         lens.plot(f, np.exp(sd**2 * (np.cos(2 * np.pi * f) - 1)), color=colour, label=f"blur of {sd:g} px")
     lens.set(xlabel="spatial frequency (cycles/px)", ylabel="transfer of the lens", ylim=(0, 1.02))
     lens.legend(frameon=False, fontsize=BODY, loc="lower left", bbox_to_anchor=(0.0, 1.0))

@@ -75,6 +75,7 @@ EXTRA_TRIES: Mapping[str, str] = {
     "video": "colias video runs/speed --trial 0 --out trial.mp4",
     "fit": "colias fit clean --over dsnn.t_sp=0.1..0.3 --claims C1 --trials 4 --share 2 --sample 4 --held-out 2",
     "live": "python -c 'import viser, experiments.live.page'",
+    "onnx": "python -c 'import onnxruntime, dsnn.adapters'",
     "cluster": f"python -c {shlex.quote(CLUSTER)}",
 }
 """Extra -> what needs it."""

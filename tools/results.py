@@ -5,7 +5,7 @@
     python -m tools.results check                  # refuse what is of no run, was changed since, or comes out otherwise
 
 ``docs/sources.json`` has of each run the command that makes it again, the commit, the numbers of its first trial and
-the SHA-256 of what shows it: a picture in docs/ (``map-c6.png``), or a table of a page (``results.md#c13-c19``)
+the SHA-256 of what shows it: a picture in docs/ (``map-c6.png``), or a table of a page (``results/index.md#c13-c19``)
 between ``<!-- table: c13-c19 -->`` and its end. ``docs/results.json`` has the verdicts and scores of the reproduction;
 what stands between ``<!-- measured: NAME -->`` and its end is written from it.
 """
@@ -30,13 +30,13 @@ from typing import Any
 import polars as pl
 
 from experiments.base.files import read_parquet
-from experiments.declare.claim import PAPER, claim_ids, texts
+from experiments.declare.claim import BEHAVIOURS, PAPER, claim_ids, texts
+from experiments.draw.terminal import SIGNS, seen_as
 from experiments.judge import stored
 from experiments.judge.count import Count, count_of
 from experiments.judge.verdict import Verdict
 from experiments.kinds import registry
 from experiments.kinds.kind import planned
-from experiments.paper.page import SIGNS, totals
 from experiments.paper.reproduce import design
 from experiments.paper.scale import Scale
 from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
@@ -51,7 +51,7 @@ SHOWN_TABLE = re.compile(r"<!-- table: ([\w-]+) -->\n(.*?)<!-- end of table -->"
 MEASURED = re.compile(r"(<!-- measured: (\w+) -->\n).*?(<!-- end of measured -->)", re.DOTALL)
 SUMMARY: Mapping[str, str] = {
     "C14": "The sign of HS tells the direction of a crossing",
-    "C15": "Spikes peak near 6 cm/s",
+    "C15": "Spikes peak near 6 cm/s: rightward, in the arena `bright`; the default camera's exposure is fixed",
     "C29": "The peak stays when one time window counts the spikes of all speeds",
     "C16": "Spikes fall with distance",
     "C13": "Straight approach and recession give no spikes",
@@ -219,7 +219,7 @@ def _kept(verdict: Verdict) -> dict[str, Any]:
 
 def renewed(root: Path, results: Mapping[str, Any]) -> dict[Path, str]:
     """Return each page that has measured parts, with its text as the results have it."""
-    parts = {"summary": summary, "claims": claims, "cameras": cameras, "behaviours": behaviours}
+    parts = {"summary": summary, "claims": claims, "cameras": cameras, "own": own, "behaviours": behaviours}
     pages = [root / "README.md", *_pages(root / "docs")]
     return {
         page: MEASURED.sub(lambda part: f"{part[1]}{parts[part[2]](results)}{part[3]}", text)
@@ -250,21 +250,21 @@ def verdict(count: Count | None) -> str:
     if count is None:
         return "not run"
     held = str(count) if count.random else "at any seed"
-    return f"{SIGNS[count.state]} {f'{count.word} ({held})' if count.word else held}"
+    return f"{SIGNS[seen_as(count)]} {f'{count.word} ({held})' if count.word else held}"
 
 
 def summary(results: Mapping[str, Any]) -> str:
-    """Tell what claims of the robot came to, with an ideal camera and with a model of the robot's, and count all."""
+    """Tell what claims of the robot came to, with the default camera and with a model of the robot's."""
     every = counts(results)
     rows = [[f"{says} ({claim})", *(verdict(every[claim][eye]) for eye in (0, ROBOTS_EYE))]
             for claim, says in SUMMARY.items()]  # fmt: skip
-    return f"{_totals(results)}.\n\n" + markdown(("claim", "ideal camera", "model of the robot's camera"), rows)
+    heads = ("claim", "default camera (fixed, bright exposure)", "model of the robot's camera")
+    return _commits(results) + markdown(heads, rows)
 
 
-def _totals(results: Mapping[str, Any]) -> str:
-    whole = totals([(claim, under[0]) for claim, under in counts(results).items() if under[0]])
+def _commits(results: Mapping[str, Any]) -> str:
     commit, eyes = results["measured_with"]["commit"], results["eyes"]["commit"]
-    return f"{'; '.join(whole)}. Measured by commit {commit}; cameras and drives by {eyes}"
+    return f"Measured by commit {commit}; cameras and drives by {eyes}.\n\n"
 
 
 def cameras(results: Mapping[str, Any]) -> str:
@@ -275,9 +275,23 @@ def cameras(results: Mapping[str, Any]) -> str:
 
 
 def claims(results: Mapping[str, Any]) -> str:
+    """Tell of the paper's claims, in a table for each of its figures, what `_told` tells of them."""
+    by_figure: dict[str, list[Mapping[str, Any]]] = {}
+    for claim in results["claims"]:
+        if claim["id"] in claim_ids(PAPER):
+            by_figure.setdefault(texts()[claim["id"]]["source"].removesuffix(" and its text"), []).append(claim)
+    return _commits(results) + "\n".join(f"### {figure}\n\n{_told(told)}" for figure, told in by_figure.items())
+
+
+def own(results: Mapping[str, Any]) -> str:
+    """Tell of our own claims, about behaviours, what `_told` tells of them."""
+    return _told([claim for claim in results["claims"] if claim["id"] in claim_ids(BEHAVIOURS)])
+
+
+def _told(claims: Iterable[Mapping[str, Any]]) -> str:
     """Tell of each claim its words, its verdict, and the number that decided in replicate 0, with its bound."""
     rows = []
-    for claim in results["claims"]:
+    for claim in claims:
         words, count = texts()[claim["id"]], Count(**claim["count"])
         says = f"**{words['title']}** ({claim['id']}): {words['says']}."
         if "implied" in words:
@@ -285,7 +299,7 @@ def claims(results: Mapping[str, Any]) -> str:
         equal = f"; on equal terms {verdict(Count(**claim['equal_terms']))}" if claim["equal_terms"] else ""
         cause = f". *Why:* {words.get('cause', 'Not known.')}" if count.word in ("fails", "sometimes") else ""
         rows.append([says, verdict(count) + equal, claim["decided"] + cause])
-    return f"{_totals(results)}.\n\n{markdown(('claim', 'verdict', 'what decided in replicate 0'), rows)}"
+    return markdown(("claim", "verdict", "what decided in replicate 0"), rows)
 
 
 def behaviours(results: Mapping[str, Any]) -> str:

@@ -102,7 +102,8 @@ if [ "${1:-}" = --train ]; then # the extra [train], which the lock leaves out: 
             "Ctrl-C, install its CPU build into $venv, and run this again to do without"
         $pip "torch==$torch"
     fi
-    $pip -e '.[train]' --no-build-isolation
+    $pip -e '.[train,onnx]' --no-build-isolation
+    $pip "flyvis==1.2.0" "torch==$torch" || say "no flyvis: the test of its example will be skipped"
     say "ready to train"
     exit 0
 fi

@@ -71,6 +71,11 @@ distance driven in this step), `turn_deg_s` (the turn rate), `slip_deg_s` (the t
 drum that turns to the right causes a positive drift. With `randomise` or options of a reset, the info of a reset has
 `randomised`, a dict of the values drawn or given.
 
+With `truth=True` it has what truly moved in the last frame too, as `true_flow_x`, `true_flow_y`, `true_share`,
+`true_width_deg`, `true_image_speed_deg_s`, `true_time_to_contact_s`, `true_heading_deg` and `true_interval_ms`. They
+are of the robots that drive, or of the wall where none does, and NaN where there is no number. A policy can be
+supervised by them, which it cannot see. `env.unwrapped.truth()` returns flow, depth and surface of each pixel.
+
 ## Randomisation
 
 Only the env's seed determines the differences between episodes: places, the paths of the other robots, camera noise,

@@ -39,6 +39,7 @@ from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, bearing
 from colias_sim.snapshot import PARTS, SETTINGS
 from colias_sim.streams import clearing, episode, film, world
+from colias_sim.truth import Truth
 from dsnn.snapshot import Parts, Tree, attributes, pack, put, take, unpack
 
 if TYPE_CHECKING:
@@ -121,7 +122,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._made_with = camera_ends(camera, robot, options.randomise)[1]
         sim = Simulation(
             robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
-            fence=True, seeing=options.observation != "state",
+            fence=True, seeing=options.observation != "state", truth=options.truth,
         )  # fmt: skip
         super().__init__(sim, OBSERVER)
         self._renderer: Renderer | None = None
@@ -371,8 +372,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         Returns
         -------
         bytes
-            The state, for `set_state` of an env of this class with the same arguments, in any process. Arguments for
-            rendering may differ. Counters of Gymnasium's wrappers, and what the agent keeps, are no part of it.
+            The state, for `set_state` of an env of this class with the same arguments, in any process. `render_mode`
+            may differ. Counters of Gymnasium's wrappers, and what the agent keeps, are no part of it.
 
         Raises
         ------
@@ -476,6 +477,26 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """The last command to the wheels, (2,): left and right, as shares of the maximum."""
         return self._wheels
 
+    def truth(self, since: int = 1) -> Truth:
+        """Return what each pixel of the last frame truly shows, with ``truth=True``; see `colias_sim.Simulation.truth`.
+
+        Parameters
+        ----------
+        since
+            How many frames ago the frame before it was, 1 to 6.
+
+        Returns
+        -------
+        Truth
+            Flow, depth and surface of each pixel.
+
+        Raises
+        ------
+        ValueError
+            ``since`` is out of range, or the env was made without ``truth=True``.
+        """
+        return self._sim.truth(since)
+
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The obstacles in the arena, without the wall."""
@@ -551,7 +572,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """Collect the reward's terms as ``reward_...``, and the measures, whose names end in their units."""
         rewards = {f"reward_{name}": value for name, value in terms.items()}
-        return {**rewards, **self._motion(), **self._measures()}
+        return {**rewards, **self._motion(), **self._measures(), **self._true_motion()}
+
+    def _true_motion(self) -> dict[str, float]:
+        """Summarise what truly moved in the last frame: the robots that drive, or the wall where none does."""
+        if not self.options.truth:
+            return {}
+        return self.truth().columns(set(self._sim.robots) - {self._observer.name} or {"wall"})
 
     def _check_open(self) -> None:
         if self._closed:

@@ -116,6 +116,8 @@ class EnvOptions:
     randomise: Randomise = 0.0
     """Domain randomisation: a strength from 0 (none) to 1, a preset, or ranges of factors (with preset, additions to
     it)."""
+    truth: bool = False
+    """Whether info has what truly moved in the camera's frame, which a policy can learn from and cannot see."""
     model: Any = "hybrid"
     """Vision model of neural observations: a name, a .py file, an entry, or a factory called with (rows, columns)."""
     render_mode: Literal["rgb_array", "human"] | None = None
@@ -131,6 +133,10 @@ class EnvOptions:
     def _apparatus_is_possible(self) -> Self:
         if self.camera.fps != FPS:
             raise ValueError(f"camera: fps must be {FPS:g} in an env, got {self.camera.fps:g}")
+        if self.truth and self.observation == "state":
+            raise ValueError(
+                "truth is that of a camera's frame, so observation must be pixels, neural or both, got state"
+            )
         camera_ends(self.noisy_camera(), self.robot, self.randomise)
         if self.frames_per_step % self.processor.every:
             raise ValueError(

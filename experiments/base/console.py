@@ -52,7 +52,7 @@ def show(rows: pl.DataFrame, title: str = "") -> None:
     for name, kind in rows.schema.items():
         table.add_column(name, justify="right" if kind.is_numeric() else "left")
     for row in rows.rows():
-        table.add_row(*map(_text, row))
+        table.add_row(*(cell if isinstance(cell, Text) else _text(cell) for cell in row))
     for column in table.columns:
         words = " ".join(map(str, (column.header, *column.cells))).split()
         column.min_width = max(map(len, words))

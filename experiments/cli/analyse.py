@@ -59,7 +59,7 @@ def sweep(
     over: options.Over = None,
     claims: Claims = None,
     measure: Annotated[
-        str | None, typer.Option(metavar="NAME,NAME", help="spikes, peak-speed-potential, peak-speed-count, peak-hs.")
+        str | None, typer.Option(metavar="NAME,NAME", help="spikes, peak-speed-potential, peak-hs, true-r, ...")
     ] = None,
     repeats: options.Repeats = None,
     replicates: options.Replicates = None,
@@ -108,7 +108,7 @@ def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> i
 
 
 def fit(
-    experiment: Annotated[str, typer.Argument(help="Experiments, joined by commas; or a fit that ships.")],
+    experiment: Annotated[str, typer.Argument(help="Experiments, joined by commas.")],
     over: options.Over = None,
     claims: Claims = None,
     trials: Annotated[
@@ -145,6 +145,7 @@ def leaderboard(
     only: options.Only = False,
     repeats: options.Repeats = None,
     seed: options.Seed = 0,
+    controls: options.Controls = False,
     out: options.Out = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
@@ -154,8 +155,10 @@ def leaderboard(
 
     Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
     95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
+    With --controls they have the gain too: a model's score less that of its best control, of frozen, absent, reversed.
     """
-    asked = Asked(kind="leaderboard", models=tuple(model or ()), only=only, repeats=repeats, seed=seed)
+    asked = Asked(kind="leaderboard", models=tuple(model or ()), only=only, repeats=repeats, seed=seed,
+                  options={"controls": True} if controls else {})  # fmt: skip
     return options.finish(asked, out, options.pool(workers, cluster, quiet))
 
 

@@ -24,6 +24,7 @@ from dsnn.model import SPIKING
 from dsnn.stimuli import StimulusEntry, StimulusFrame, stimulus
 from experiments.base.streams import stream
 from experiments.base.user_code import of_users, traced
+from experiments.judge.tests import written
 from experiments.settings.models import ConfiguredModel
 
 T = TypeVar("T")
@@ -195,6 +196,24 @@ def declaration(chosen: ConfiguredModel) -> None:
             raise ValueError(f"{channel} spikes without a threshold, t_sp or thresholds= of ModelEntry: not counted")
         if threshold is not None and largest[channel] > threshold and not any(fires.values()):
             raise ValueError(f"{channel} passes {threshold:g}, but {channel}_spikes stays 0: step returns the spikes")
+
+
+def vision(chosen: ConfiguredModel) -> Iterator[str]:
+    """Yield what a model responds to one clip and its controls, a line for each channel with a potential.
+
+    HS and VS are means over a crossing to the right, or down; looming is the largest potential of an approach.
+    """
+    down = crossing(SHAPE[::-1]).transpose(0, 2, 1)
+    clips = {"hs": (crossing(), 2), "vs": (down, 1), "looming": (approach(), 2)}
+    for channel, (clip, axis) in ((name, clips[name]) for name in clips if name in chosen.channels):
+        shown = {
+            "shown": clip, "frozen": np.repeat(clip[:1], len(clip), 0), "absent": np.full_like(clip, clip[0, 0, 0]),
+            "mirrored": np.flip(clip, axis), "reversed": clip[::-1],
+        }  # fmt: skip
+        series = {name: getattr(_responses(chosen, frames.copy()), channel) for name, frames in shown.items()}
+        read = np.max if channel == "looming" else np.mean
+        texts = (f"{name} {written(float(read(values)))}" for name, values in series.items())
+        yield f"{channel:<13}{', '.join(texts)}"
 
 
 MODELS = (answers, reset, determinism, buffer, stillness, mirror, refusal, declaration)

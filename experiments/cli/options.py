@@ -40,6 +40,7 @@ OwnPictures = Annotated[
     Path | None,
     typer.Option("--pictures", metavar="FOLDER", help="Pictures behind objects of clips, and on the arena's wall."),
 ]
+Controls = Annotated[bool, typer.Option("--controls", help="Show each trial again: frozen, mirrored and so on.")]
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Say how many trials there are, and about how long they take. Run none.")
 ]
@@ -110,9 +111,9 @@ def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "", *, dry
 
     plan = planned(asked)
     if dry:
-        told = forecast(plan, workers.width)
-        minutes, size = (f"{told[name]:,.{int(told[name] < 10)}f}" for name in ("minutes", "MB"))
-        counts = f"{told['conditions']:,} conditions, {told['trials']:,} {plan.things}"
+        costs = forecast(plan, workers.width)
+        minutes, size = (f"{costs[name]:,.{int(costs[name] < 10)}f}" for name in ("minutes", "MB"))
+        counts = f"{costs['conditions']:,} conditions, {costs['trials']:,} {plan.things}"
         out_console.print(f"{plan.name}: {counts}, some {minutes} minutes {workers.where()}, {size} MB")
         return 0
     done = perform(plan, results_folder(out, name or plan.name), workers)

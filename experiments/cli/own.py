@@ -41,14 +41,14 @@ def check(
 
     A model, under its parameters for off-line tests: valid responses, reset, determinism, no hold on the caller's
     frame, silence in a still scene, mirror images, refusal of frames of another shape, and declared channels and
-    thresholds.
+    thresholds. Then it is shown one clip and its controls: frozen, absent, mirrored and reversed.
     A stimulus, in a file its STIMULUS: bytes, order, seeds, shape, and that the truth agrees with what is painted.
     An arena, an .xml file or one that declares ARENA: that it can be read, stands in the room, leaves its middle free,
     and lets the camera see a robot.
     Exit status: 1 if a law is broken.
     """
     from experiments.base.console import count, out_console
-    from experiments.cli.check import try_laws
+    from experiments.cli.check import MODELS, answers, try_laws, vision
 
     label, laws, subject = _subject(model)
     troubles = try_laws(laws, subject)
@@ -61,6 +61,9 @@ def check(
     broken = sum(map(bool, troubles.values()))
     summary = f"breaks {count(broken, 'law')} of {len(laws)}" if broken else f"keeps all {len(laws)} laws"
     out_console.print(f"{label} {summary}")
+    if laws is MODELS and not troubles[answers]:
+        out_console.print("is it vision? one clip and its controls (words need trials: colias run general --controls):")
+        out_console.print(*vision(subject), sep="\n")
     return options.EXIT_FAILED if broken else 0
 
 

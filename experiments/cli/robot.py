@@ -51,17 +51,17 @@ def budget(assignments: options.Assignments = None) -> int:
 
     colias firmware budget --set dsnn-onboard.lamina_bits=16 --set chip.ring_frames=2
     """
-    import polars as pl
-
-    from experiments.base.console import out_console, show
+    from experiments.base.console import out_console
     from experiments.robot import firmware
 
-    row = firmware.measure(_program(key_values(assignments)))
-    show(pl.DataFrame({"budget": list(row), "": list(map(str, row.values()))}))
+    program = _program(key_values(assignments))
+    row = firmware.measure(program)
+    used = sum(row[name] for name in firmware.RAM)
+    out_console.print(f"{row['memory']}: {used:,} of {program[1].ram_main + program[1].ram_core:,} B", style="b")
+    for heading, columns in firmware.groups(row).items():
+        out_console.print(f"{heading:<18}{', '.join(f'{name} {row[name]:,}' for name in columns)}")
     least, most = firmware.CYCLES
-    out_console.print(
-        f"bytes; instructions and ms of the worst frame, at an assumed {least} to {most} cycles an instruction"
-    )
+    out_console.print(f"of the worst frame, {row['clip']}, at {least} to {most} cycles an instruction, assumed")
     return 0
 
 

@@ -39,6 +39,8 @@ def run(
     eyes: Annotated[str, typer.Option(metavar="one|both", help="both: the robot's eye too, MODEL@ov7670.")] = "one",
     pictures: options.OwnPictures = None,
     recordings: options.Recordings = True,
+    truth: Annotated[bool, typer.Option("--truth", help="Store what truly moved in each frame too.")] = False,
+    controls: options.Controls = False,
     dry_run: options.DryRun = False,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
@@ -61,7 +63,8 @@ def run(
     asked = Asked(
         kind=registry.find(experiment).kind, what=(experiment,), models=tuple(model or ()), only=only,
         values=key_values(assignments), repeats=repeats, seed=seed,
-        options={"eyes": eyes, "recordings": recordings, "pictures": pictures and str(pictures)},
+        options={"eyes": eyes, "recordings": recordings, "truth": truth, "controls": controls,
+                 "pictures": pictures and str(pictures)},
     )  # fmt: skip
     return options.finish(asked, out, pool, dry=dry_run)
 
@@ -87,7 +90,7 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = results_folder(out, f"again-{Path(there.name).stem}").absolute()
     options.check_new(folder)
-    command, stored = _moved(run, there.description)
+    command, stored = moved(run, there.description)
     with contextlib.chdir(command["folder"]), begun_by(command):
         here = perform(planned(Asked.read(stored)), folder, pool)
     other = provenance.differences(provenance.moved(there.description, here.description), here.description)
@@ -105,14 +108,14 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     return options.EXIT_FAILED if here.failures.height else 0
 
 
-def _moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+def moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return a run's command and what was asked; where its folder is gone, as they are from where the run is now."""
     command, asked = description["command"], description[ASKED]
     if Path(then := command["folder"]).is_dir():
         return command, asked
     now = str((run / command["folder_from_run"]).resolve())
-    moved = json.loads(json.dumps([command, asked]).replace(f"{then}/", f"{now}/"))
-    return {**moved[0], "folder": now}, moved[1]
+    there = json.loads(json.dumps([command, asked]).replace(f"{then}/", f"{now}/"))
+    return {**there[0], "folder": now}, there[1]
 
 
 def watch(
@@ -128,6 +131,7 @@ def watch(
     seed: options.Seed = 0,
     jitter: options.Jitter = 0.0,
     judge: Annotated[bool, typer.Option("--judge", help="Judge claim C12 by optical flow; takes longer.")] = False,
+    controls: options.Controls = False,
     out: options.Out = None,
     recordings: options.Recordings = True,
     view: Annotated[
@@ -153,7 +157,7 @@ def watch(
     if view:
         viewer.require_screen("watch: ", "give --no-view")
     given = {"size": options.width_height(size), "fps": fps, "seconds": seconds, "jitter_px": jitter, "judge": judge,
-             "recordings": recordings}  # fmt: skip
+             "recordings": recordings, "controls": controls}  # fmt: skip
     asked = Asked(kind="watch", what=(source,), models=tuple(model or ()), only=only,
                   values=key_values(assignments), seed=seed, options=given)  # fmt: skip
     plan = dataclasses.replace(planned(asked), live=has_screen() if view is None else view)

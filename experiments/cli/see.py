@@ -5,6 +5,7 @@ Heavy imports happen when they run.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,17 +17,20 @@ from experiments.base import interrupts
 from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.base.values import key_values
 from experiments.cli import options
-from experiments.kinds.tables import BEHAVIOURS, FITS, NAMES, OFFLINE, STUDIES, shipped
+from experiments.cli.run import moved
+from experiments.kinds.tables import BEHAVIOURS, NAMES, OFFLINE, STUDIES, shipped
+from experiments.store.asked import Asked
 from scenes import ARENA_ENDINGS, ARENAS
 
+OTHER = "; --trial N for another"
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
 MEANT = {
-    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial"},
+    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial", "truth"},
     "a strip": {"trial", "size", "frames", "model"}, "a film": {"trial", "size", "fps", "speed", "model"},
 }  # fmt: skip
 """What ``colias video`` writes -> the options that it has."""
-KINDS = ("experiments", "studies", "fits", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
+KINDS = ("experiments", "studies", "models", "scenes", "presets", "stimuli", "envs", "behaviours", "claims")
 """Kinds of what there is; ``colias list`` names all of them."""
 
 
@@ -49,19 +53,18 @@ def view(
     if (str(source) in ARENAS and not source.exists()) or source.suffix in ARENA_ENDINGS:
         return _view_scene(str(source), screenshot)
     one = source.is_file() or trial is not None or screenshot is not None
-    files = [recording(source, trial)] if one else recordings_in(source)
-    if not files:
-        raise UsageError(f"{source}: no such file, or no .rrd recordings in it")
+    first = recording(source, trial)
+    files = [first] if one else [first, *(path for path in recordings_in(source) if path != first)]
     if not web and screenshot is None:
         viewer.require_screen(f"view {source}: ", "use --web, or --screenshot FILE.png")
-    with interrupts.once():
-        if screenshot is None:
-            return viewer.show(files, web=web)
-        viewer.screenshot(files[0], screenshot)
     if source.is_dir() and trial is None:
         from experiments.draw.video import Reel  # not before: it loads matplotlib, which the viewer need not
 
-        out_console.print(f"{files[0].stem}: {Reel(files[0]).name}; --trial N for another")
+        out_console.print(f"{first.stem}: {Reel(first).name}{OTHER}")
+    with interrupts.once():
+        if screenshot is None:
+            return viewer.show(files, web=web)
+        viewer.screenshot(first, screenshot)
     return 0
 
 
@@ -103,6 +106,9 @@ def video(
         float, typer.Option(min=0.01, max=100.0, help="Seconds of the recording in a second of the video.")
     ] = 1.0,
     frames: Annotated[int, typer.Option(min=1, max=12, help="Moments of a strip.")] = 6,
+    truth: Annotated[
+        bool, typer.Option("--truth", help="With a folder: a data set of what pixels truly show.")
+    ] = False,
     model: options.Models = None,
     assignments: options.Assignments = None,
     seed: options.Seed = 0,
@@ -114,16 +120,14 @@ def video(
     MP4 is H.264, which browsers and slides play, of 1280x720 px. WebP is a picture that moves, for pages. A strip has
     some moments side by side above the traces, for papers. Videos need the extra colias-sim[video]. Each model has a
     lane. A folder gets the pictures as the camera saw them; of a stimulus (--set, --seed, --jitter) also truth.csv.
+    With --truth a trial of RUN is played once more, and its flow, depth, surfaces, poses and responses are written too.
     """
     from dsnn.stimuli import STIMULI
     from experiments.base.console import progress, show_places
     from experiments.draw.video import Reel, film_times, make, strip
-    from experiments.store.recordings import pictures, recording, write_pictures
+    from experiments.store.recordings import recording
 
-    if out.suffix and out.suffix not in ENDINGS:
-        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
-    if out.exists() or not out.parent.is_dir():
-        raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
+    _check_place(out)
     stimulus = (str(source) in STIMULI and not source.exists()) or source.suffix == ".py"
     kind = "a stimulus" if stimulus else {"": "pictures", ".png": "a strip"}.get(out.suffix, "a film")
     if other := sorted(options.typed(context) - MEANT[kind] - {"source", "out", "quiet"}):
@@ -132,13 +136,12 @@ def video(
     if stimulus:
         _write_stimulus(str(source), out, key_values(assignments), seed, jitter)
         return 0
+    if truth and not out.suffix:
+        _write_data_set(source, trial, out)
+        return 0
     path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
-        seen = pictures(path)
-        if not seen:
-            raise UsageError(f"--out {out}: {path} has no pictures")
-        for camera, images in seen.items():
-            write_pictures(out / camera, images, ".png")
+        _write_frames(path, out)
     elif out.suffix == ".png":
         strip(Reel(path, model or ()), out, frames, shape)
     else:
@@ -146,8 +149,37 @@ def video(
         with progress(out.name, len(film_times(reel, fps, speed)[0]), quiet, "frames") as advance:
             make(reel, out, shape, fps, speed, advance)
     if not quiet:
-        show_places({"strip" if out.suffix == ".png" else "video" if out.suffix else "frames": out})
+        show_places({kind.split()[-1]: out, "of": path.stem + OTHER * (trial is None and source.is_dir())})
     return 0
+
+
+def _check_place(out: Path) -> None:
+    if out.suffix and out.suffix not in ENDINGS:
+        raise UsageError(f"--out {out}: the name should end in {', '.join(ENDINGS)}")
+    if out.exists() or not out.parent.is_dir():
+        raise UsageError(f"--out {out}: {'is there already' if out.exists() else 'its folder is not there'}")
+
+
+def _write_frames(path: Path, out: Path) -> None:
+    """Write the frames of a recording, a folder for each camera."""
+    from experiments.store.recordings import pictures, write_pictures
+
+    seen = pictures(path)
+    if not seen:
+        raise UsageError(f"--out {out}: {path} has no pictures")
+    for camera, images in seen.items():
+        write_pictures(out / camera, images, ".png")
+
+
+def _write_data_set(run: Path, trial: int | None, out: Path) -> None:
+    """Write a trial of a run with its truth, planned where the run's own command was given."""
+    from experiments.kinds import data_set
+    from experiments.kinds.result import load
+
+    place = out.absolute()
+    command, asked = moved(run, load(run).description)
+    with contextlib.chdir(command["folder"]):
+        data_set.write(Asked.read(asked), trial, place)
 
 
 def _write_stimulus(name: str, out: Path, values: Mapping[str, str], seed: int, jitter: float) -> None:
@@ -164,7 +196,10 @@ def _write_stimulus(name: str, out: Path, values: Mapping[str, str], seed: int, 
         raise UsageError(f"--out {out}: a stimulus is written into a folder; colias watch {name} records a video's run")
     clip = clip_of(find_stimulus(name), values, jitter).build(seed)
     write_pictures(out, np.stack([frame.luma for frame in clip]), ".png")
-    rows = [{"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth)} for index, frame in enumerate(clip)]
+    rows = [
+        {"frame": index, "time_s": index / clip.fps, **truth_of(frame.truth, index, clip.fps)}
+        for index, frame in enumerate(clip)
+    ]
     Files(out).write_rows("truth.csv", rows)
 
 
@@ -201,20 +236,14 @@ def list_names(
 
 def _names(kind: str) -> Mapping[str, str]:
     """Return what there is of a kind: its name, and what it is."""
+    from experiments.kinds import registry
+
     match kind:
         case "experiments":
-            from experiments.kinds import registry
-
             return {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
         case "studies":
-            from experiments.kinds.registry import shipped_study
-
             whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
-            return {name: shipped_study(name).summary for name in STUDIES} | whole
-        case "fits":
-            from experiments.kinds.registry import shipped_study
-
-            return {name: shipped_study(name).study.summary for name in FITS}
+            return {name: registry.shipped_study(name).summary for name in STUDIES} | whole
         case "scenes":
             return ARENAS
         case "presets":

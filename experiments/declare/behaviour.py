@@ -29,8 +29,6 @@ AVOIDANCE, FIXATION = "colias_sim/Avoidance-v0", "colias_sim/Fixation-v0"
 OPTOMOTOR, PURSUIT = "colias_sim/Optomotor-v0", "colias_sim/Pursuit-v0"
 """Ids of the envs."""
 WHEELS = 2
-SENSED = len(NEURAL) + WHEELS
-"""Senses of a network: the neural observation, and its last command to the wheels."""
 TRAINED_UNDER = ("camera", "robot", "noise", "randomise")
 """The arguments of an env that a training may change. No other could be read from a file and make code run."""
 ENDING = ".npz"

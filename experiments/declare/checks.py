@@ -85,10 +85,14 @@ class Check:
     @property
     def text(self) -> str:
         """The reading and its bound, in words."""
-        return f"{self.says} (needs {self.asks or self._bound_text()})"
+        return f"{self.says} (needs {self.bound_text})"
 
-    def _bound_text(self) -> str:
+    @property
+    def bound_text(self) -> str:
+        """The bound in words, with its unit."""
         unit = f" {self.unit}" if self.unit else ""
+        if self.asks:
+            return self.asks
         if isinstance(self.bound, tuple):
             return f"{self.bound[0]:g} to {self.bound[1]:g}{unit}"
         return f"{self.needs} {self.bound:g}{unit}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal, get_args
 
@@ -86,9 +86,6 @@ class Outcome:
     equal
         The outcome where the models that it compares with are on equal terms (`Claim.equal_terms`); ``None`` of a
         claim without, and where these were not shown.
-    least
-        Number of trials of each condition that it needs, where it was not judged for want of them; 0 of any other. No
-        file has it.
 
     Raises
     ------
@@ -106,7 +103,6 @@ class Outcome:
     trouble: str = ""
     checks: tuple[Check, ...] = ()
     equal: Outcome | None = None
-    least: int = field(default=0, compare=False)
 
     def __post_init__(self) -> None:
         check_known("verdict", self.verdict, get_args(Judged))

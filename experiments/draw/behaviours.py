@@ -14,20 +14,20 @@ from matplotlib.ticker import MaxNLocator
 
 from colias_sim.envs import ENVS, RETURN
 from colias_sim.envs.measures import FREE_DISTANCE
+from experiments.base import palette
 from experiments.base.console import count
 from experiments.draw import scoreboard, style
 from experiments.judge.scores import summary as summarise
 from scenes import ARENA_RADIUS_CM
 
-ACROSS, MOST_ACROSS = 4, 6
-"""Paths side by side, and the most where they would not fit on a page."""
+ACROSS = 5
+"""Paths side by side."""
+MORE_IS_BETTER = ("time on target", "optomotor gain", FREE_DISTANCE, RETURN)
+"""Measures of which more is better; of the others less is."""
 ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
 """Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
-SYMBOLS = "Large dots and bars: values with 95 % intervals; strokes: single episodes."
-PATHS = (
-    "Paths from above (cm), the first episode's in bold: circle, start; cross, end by a collision. Every episode has"
-    " another world, equal for all behaviours."
-)
+SYMBOLS = "Dots: values, 95 % intervals; strokes: episodes; arrows: better."
+PATHS = "Paths from above (cm), the first in bold: circle, start; cross, end by a collision."
 
 
 def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
@@ -43,10 +43,7 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
     env = ENVS[trials["env"][0]]
     summary = summarise(trials, trials["env"][0], "")
     names = summary["behaviour"].unique(maintain_order=True).to_list()
-    colours = style.colours(names)
-    across = ACROSS if len(names) <= 2 * ACROSS else MOST_ACROSS
-    down = math.ceil(len(names) / across) if env.draws_paths else 0
-    low = down * style.WIDTH / across
+    low = (math.ceil(len(names) / ACROSS) if env.draws_paths else 0) * style.WIDTH / ACROSS
     high = AROUND + len(names) * min(ROW, max(LEAST_ROW, (style.PAGE - low - AROUND) / len(names)))
     with style.look():
         figure = Figure((style.WIDTH, min(high + low, style.PAGE)), layout="constrained")
@@ -54,12 +51,12 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
         if env.draws_paths:
             parts: Any = figure.subfigures(2, 1, height_ratios=[high, low])
             above, below = parts
-            for axes, name in zip(style.grid(below, len(names), across, sharex=True, sharey=True), names, strict=True):
-                axes.set_title(style.wrapped(name, style.WIDTH / across - 0.2), fontsize=style.SMALL)
-                _ways(axes, trials.filter(model=name), frames, colours[name])
-        _measures(above, summary, trials, colours)
+            for axes, name in zip(style.grid(below, len(names), ACROSS, sharex=True, sharey=True), names, strict=True):
+                axes.set_title(style.wrapped(name, style.WIDTH / ACROSS - 0.2), fontsize=style.SMALL)
+                _ways(axes, trials.filter(model=name), frames)
+        _measures(above, summary, trials)
         style.headline(above, finding(summary))
-        style.caption(figure, " ".join(filter(None, [caption, SYMBOLS, env.note, PATHS if env.draws_paths else ""])))
+        style.caption(figure, caption, SYMBOLS, PATHS if env.draws_paths else "", env.note)
     return figure
 
 
@@ -81,20 +78,21 @@ def finding(summary: pl.DataFrame) -> str:
     return f"{env}: {' or '.join(alike)} has the highest return of {len(names)} behaviours"
 
 
-def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame, colours: Mapping[str, str]) -> None:
+def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame) -> None:
     """Draw a panel for each of the env's measures; a free distance is the reciprocal of a rate."""
-    names, env = list(colours), ENVS[trials["env"][0]]
+    names, env = style.levels(summary, "behaviour"), ENVS[trials["env"][0]]
     rates = [measure for measure in env.collisions if measure != FREE_DISTANCE]
     columns = {**env.measures, **dict.fromkeys(rates), RETURN: "reward"}
     panels = part.subplots(1, len(columns), squeeze=False, sharey=True)[0]
     for axes, (measure, column) in zip(panels, columns.items(), strict=True):
-        axes.set_title(style.wrapped(measure, style.WIDTH / len(columns) - 0.5), fontsize=style.BODY)
+        arrow = "\N{RIGHTWARDS ARROW}" if measure in MORE_IS_BETTER else "\N{LEFTWARDS ARROW}"
+        axes.set_title(style.wrapped(f"{measure} {arrow}", style.WIDTH / len(columns) - 0.5), fontsize=style.BODY)
         if column:
             for model, value in trials.select("model", column).drop_nulls().iter_rows():
-                axes.plot(value, names.index(model), "|", color=colours[model], alpha=0.5, ms=7.0, mew=0.6)
+                axes.plot(value, names.index(model), "|", color=palette.GREY, alpha=0.5, ms=7.0, mew=0.6)
         for row in summary.filter(measure=measure).drop_nulls("value").partition_by("behaviour"):
             name = row["behaviour"][0]
-            style.intervals(axes, row, [names.index(name)], ("value", "ci_low", "ci_high"), ms=4.0, color=colours[name],
+            style.intervals(axes, row, [names.index(name)], ("value", "ci_low", "ci_high"), ms=4.0, color=palette.INK,
                             elinewidth=1.4)  # fmt: skip
         axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
         axes.grid(axis="y", lw=0.3)
@@ -102,15 +100,17 @@ def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame, colours: M
     panels[0].set_ylim(len(names) - 0.5, -0.5)
 
 
-def _ways(axes: Axes, trials: pl.DataFrame, frames: pl.DataFrame, tint: str) -> None:
+def _ways(axes: Axes, trials: pl.DataFrame, frames: pl.DataFrame) -> None:
     """Draw every episode's path from above, the first on top; a cross where one ended by touching something."""
-    axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color=style.GREY, lw=1.0))
+    axes.add_patch(Circle((0, 0), ARENA_RADIUS_CM, fill=False, color=palette.GREY, lw=1.0))
     for trial, repeat, touched in trials.select("trial", "repeat", "touched").reverse().iter_rows():
         way = frames.filter(trial=trial)
-        axes.plot(way["x_cm"], way["y_cm"], lw=0.6 if repeat else 1.5, alpha=0.5 if repeat else 1.0, color=tint)
-        axes.plot(way["x_cm"][0], way["y_cm"][0], "o", ms=3.5, mfc="white", mec=tint, mew=0.9, zorder=4)
+        axes.plot(way["x_cm"], way["y_cm"], lw=0.6 if repeat else 1.5, alpha=0.5 if repeat else 1.0, color=palette.INK)
+        axes.plot(way["x_cm"][0], way["y_cm"][0], "o", ms=3.5, mfc="white", mec=palette.INK, mew=0.9, zorder=4)
         if touched:
-            axes.plot(way["x_cm"][-1], way["y_cm"][-1], "x", color=style.INK, ms=5, mew=1.4, zorder=5)
+            axes.plot(
+                *way.select("x_cm", "y_cm").row(-1), "x", color=palette.VERDICTS["fails"][0], ms=5, mew=1.4, zorder=5
+            )
     reach = ARENA_RADIUS_CM + 2.0
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xticks=[-40, 0, 40], yticks=[-40, 0, 40])
 

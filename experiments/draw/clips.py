@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.declare.clip import ClipFigure
 from experiments.draw import findings, style
 from experiments.judge.judge import SIGNED
@@ -18,7 +19,6 @@ from experiments.judge.judge import SIGNED
 Thresholds = Mapping[str, float | None]
 Lines = tuple[str, pl.DataFrame, str, str]
 """A part of a figure: a name, rows, the column along the axis, and the column with a line for each level."""
-CHANNELS = {"hs": ("HS", style.HUES[0]), "vs": ("VS", style.HUES[1]), "looming": ("looming", style.HUES[2])}
 DEPTH = ("looming", "receding")
 AXES = {
     "speed": "speed of the object ({unit})",
@@ -29,11 +29,10 @@ AXES = {
 LEVELS = {"speed": "{:g} {unit}", "grey": "grey {:g}", "background_speed": "{:g} {unit}", "shade": "{}"}
 ACROSS, LEAST_ROW = 12, 0.42
 """Most clips side by side, with several models; inches: least height of a row."""
-RESPONSE = "Response: largest |HS|, of vertical motion |VS|, of models without either looming."
-MEANS = "Lines: means of the trials; bands: their range. "
-TRACES = "Right and down are positive. Each model has its own scale; dashes: its threshold T."
-CURVES = ("Filled dots: means; open dots: trials; whiskers, from three trials: 95 % interval of the mean. "
-          f"T: threshold. A curve: a line of one seed. {RESPONSE}")  # fmt: skip
+RESPONSE = "Response: largest |HS|, of vertical motion |VS|, else of looming."
+MEANS = "Lines: means; bands: range of the trials."
+TRACES = "Right and down are positive; dashes: T, on each model's own scale."
+CURVES = "Filled: means, 95 % intervals; open: trials."
 
 
 def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
@@ -65,14 +64,15 @@ def draw(figure: ClipFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresho
     """
     trials = with_responses(trials)
     with style.look():
+        n = trials.n_unique("repeat")
         if figure.form == "traces":
-            drawn, notes = _traces(trials, frames, thresholds), MEANS * (trials.n_unique("repeat") > 1) + TRACES
+            drawn, notes = _traces(trials, frames, thresholds)
+            notes = [MEANS * (n > 1), *notes]
         elif figure.form == "ranges":
             drawn, notes = _ranges(trials, thresholds)
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
-        n = trials.n_unique("repeat")
-        style.caption(drawn, f"{title}. n = {terminal.count(n, 'trial')} of each clip and model. {notes}")
+        style.caption(drawn, f"{title}. n = {terminal.count(n, 'trial')} of each clip and model.", *notes)
     return drawn
 
 
@@ -114,11 +114,19 @@ def counted(words: str, trials: pl.DataFrame, so: pl.Expr, of: str) -> str:
     return f"{text}, in all for {counts.filter(pl.col('so') == pl.col('cases')).height} of {len(counts)} models"
 
 
-def course_finding(rows: pl.DataFrame, along: str, lines: str) -> str:
-    """Return the commonest order of the responses of each model, line and seed, and how many have it."""
+def shared(counts: str, plain: str) -> tuple[str, str]:
+    """Return the title of a figure and what its caption adds: of counts that differ between models a plain label."""
+    head, _, models = counts.partition(", in all for ")
+    return (plain, f"{counts}.") if models else (style.title(head, plain), "")
+
+
+def course_finding(rows: pl.DataFrame, along: str, lines: str) -> tuple[str, str]:
+    """Return what the responses of each model, line and seed share, and how many have their commonest order."""
     points = style.by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
     curves = [findings.curve(of, along, "response") for _, of in style.by(points, "model", lines, "repeat")]
-    return findings.finding("response", curves, AXES[along].partition(" (")[0], things="curves")
+    noun = AXES[along].partition(" (")[0]
+    found = findings.orders(curves, noun)
+    return findings.shared("response", found, noun), findings.commonest("response", found)
 
 
 def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
@@ -131,7 +139,7 @@ def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
     signal = pl.max_horizontal(pl.when(motion=way).then(value) for way, value in reached.items())
     others = pl.max_horizontal(pl.when(pl.col("motion") != way).then(value) for way, value in reached.items())
     so = (signal > 0.0) & (signal > others)  # a model at its ceiling both ways tells nothing
-    return counted("The largest potential has the direction of the motion", moving, so, "translations")
+    return counted("The largest potential follows the motion", moving, so, "translations")
 
 
 def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
@@ -148,12 +156,13 @@ def threshold_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
 # --- over time --------------------------------------------------------------------------------------------------------
 
 
-def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> Figure:
+def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, list[str]]:
     """Draw the potentials of each model in a row, of each clip in a column; more clips lie below."""
     models, clips = style.levels(trials, "model"), style.levels(trials, "clip")
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
-    ends = [getattr(pl.col(name), end)().alias(f"{name}_{end}") for name in CHANNELS for end in ("mean", "min", "max")]
+    values = pl.col(*palette.CHANNELS)
+    ends = [getattr(values, end)().name.suffix(f"_{end}") for end in ("mean", "min", "max")]
     cells = style.by(table, "model", "clip", "time").agg(ends)
     most = min({1: 6, 2: 8, 3: 8}.get(len(models), ACROSS), len(clips))
     across = max((n for n in range(4, most + 1) if len(clips) % n == 0), default=most)  # rows alike, as of one shade
@@ -162,10 +171,9 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     panels = drawn.subplots(bands * len(models), across, squeeze=False, sharey="row")
     for axes in panels.flat:
         axes.set_visible(False)
-    keys: dict[str, Any] = {}
     for row, model in enumerate(models):
         of_model, level = cells.filter(model=model), thresholds.get(model)
-        shown = [name for name in CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
+        shown = [name for name in palette.CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
         for place, clip in enumerate(clips):
             axes = panels[place // across * len(models) + row, place % across]
             axes.set_visible(True)
@@ -175,8 +183,8 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             style.threshold(axes, level, signed=shown != ["looming"], named=False)
             cell = of_model.filter(clip=clip)
             for name in shown if len(cell) else ():
-                label, colour = CHANNELS[name]
-                (keys[label],) = axes.plot(cell["time"], cell[f"{name}_mean"], color=colour, label=label)
+                label, colour = palette.TITLES[name], palette.CHANNELS[name]
+                axes.plot(cell["time"], cell[f"{name}_mean"], color=colour, label=label)
                 axes.fill_between(cell["time"], cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
             if row == 0:
                 small = min(style.SMALL, 72.0 / across)
@@ -185,10 +193,11 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             if place % across == 0:
                 style.row_name(axes, model, level)
             axes.set_xlabel("time (s)" if row == len(models) - 1 else "", fontsize=style.SMALL)
-    drawn.legend(keys.values(), keys, loc="outside right upper", frameon=False, fontsize=style.SMALL, handlelength=1.0)
+    style.legend(drawn, panels.flat)
     drawn.supylabel("potential", fontsize=style.BODY)
-    style.headline(drawn, direction_finding(trials, thresholds))
-    return drawn
+    title, counts = shared(direction_finding(trials, thresholds), "Potentials over time")
+    style.headline(drawn, title)
+    return drawn, [TRACES, counts]
 
 
 # --- along what the clips vary ----------------------------------------------------------------------------------------
@@ -218,41 +227,44 @@ def _level(rows: pl.DataFrame, column: str) -> str:
     return LEVELS[column].format(rows[column][0], unit=rows["speed_unit"][0])
 
 
-def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, str]:
+def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, list[str]]:
     """Draw responses along a parameter: a row for each model, a column for each part."""
     models = list(dict.fromkeys(model for _, rows, _, _ in parts for model in style.levels(rows, "model")))
     drawn = _page(len(models), 1.9, 1.3)
     grid = drawn.subplots(len(models), len(parts), squeeze=False, sharex="col", sharey="row")
-    ends, unit = {}, parts[0][1]["speed_unit"][0]
+    ends, unit, orders = {}, parts[0][1]["speed_unit"][0], []
     largest = dict(pl.concat(rows for _, rows, _, _ in parts).group_by("model").agg("response").iter_rows())
     for place, (name, rows, along, by) in enumerate(parts):
         for axes, model in zip(grid[:, place], models, strict=True):
             ends[axes] = _lines(axes, rows.filter(model=model), along, by)
-            axes.axhline(0.0, color=style.INK, lw=0.4)
+            axes.axhline(0.0, color=palette.INK, lw=0.4)
             level, most = thresholds.get(model), 3.0 * max(largest[model])
-            style.threshold(axes, level, named=place == 0, most=most)
+            style.threshold(axes, level, named=len(models) == 1 and not place, most=most)
             if along == "px_a_frame":
                 axes.set_xscale("log")
                 style.plain_numbers(axes, sorted(rows[along].unique())[::2])
-        words = style.sentence(": ".join(filter(None, (name, course_finding(rows, along, by)))))
-        style.finding(grid[0, place], words, "abcdefgh"[place])
+        (title, order), letter = course_finding(rows, along, by), "abcdefgh"[place]
+        title = f"{style.sentence(name)}: {title[:1].lower()}{title[1:]}" if name else title
+        style.finding(grid[0, place], title, letter, "response" * (place == 0))
+        orders.append(f"{letter}: {order}.")
         grid[-1, place].set_xlabel(style.wrapped(AXES[along].format(unit=unit), style.WIDTH / len(parts) - 0.3))
-    for axes, model in zip(grid[:, 0], models, strict=True):
-        style.row_name(axes, model)
+    for axes, model in zip(grid[:, 0], models if len(models) > 1 else (), strict=False):
+        style.row_name(axes, model, thresholds.get(model))
     for axes in ends:
         axes.margins(y=0.1)
         axes.set_ylim(bottom=0.0)
     for axes in list(ends)[:: len(models)]:
         style.label_ends(axes, ends[axes])
-    drawn.supylabel("response", fontsize=style.BODY)
     lines = " and ".join(dict.fromkeys(AXES[by].format(unit=unit) for *_, by in parts if by in AXES))
-    return drawn, f"Lines: {lines}. {CURVES}" if lines else CURVES
+    return drawn, [f"Lines: {lines}." if lines else "", CURVES, RESPONSE, *orders]
 
 
 def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[float, float, str, str]]:
     """Draw a line of means for each level of a column; return their ends, names and colours."""
     ends, levels = [], rows.sort(by).partition_by(by)
-    for level, colour in zip(levels, style.shades(range(len(levels))).values(), strict=True):
+    tints = style.tints([level[by][0] for level in levels], by)
+    for level in levels:
+        colour = tints[level[by][0]]
         points = style.by(level.sort(along), along).agg("response")
         x, samples = points[along].to_list(), points["response"].to_list()
         style.means(axes, x, samples, colour, _level(level, by))
@@ -263,15 +275,15 @@ def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[fl
 # --- ranges ----------------------------------------------------------------------------------------------------------
 
 
-def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
+def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, list[str]]:
     """Draw for each model from where to where its responses to crossing objects reach, and those to the background."""
     models = style.levels(trials, "model")
     crossing = trials.filter(pl.col("object").ne_missing("absent"), ~pl.col("motion").is_in(DEPTH))
     alone = trials.filter(object="absent")
     drawn = _page(len(models), 0.32, 1.3)
     axes = drawn.subplots()
-    for kind, rows, colour, aside in (("object crosses", crossing, style.HUES[0], -0.18),
-                                      ("background alone", alone, style.HUES[1], 0.18)):  # fmt: skip
+    for kind, rows, colour, aside in (("object crosses", crossing, palette.INK, -0.18),
+                                      ("background alone", alone, palette.OTHERS["teal"], 0.18)):  # fmt: skip
         for (model,), of_model in style.by(rows, "model"):
             values, height = of_model["response"].to_numpy(), models.index(model) + aside
             axes.plot([values.min(), values.max()], [height] * 2, color=colour, lw=4, alpha=0.35, label=kind)
@@ -282,13 +294,16 @@ def _ranges(trials: pl.DataFrame, thresholds: Thresholds) -> tuple[Figure, str]:
     axes.set_ylim(len(models) - 0.5, -0.5)
     for place, model in enumerate(models):
         if (level := thresholds.get(model)) is not None:
-            axes.plot([level] * 2, [place - 0.4, place + 0.4], color=style.INK, lw=1.2, label="threshold")
+            look: Any = {"color": palette.THRESHOLD, "ls": "--", "lw": 0.8, "label": "threshold"}
+            axes.plot([level] * 2, [place - 0.4, place + 0.4], **look)
     style.decades(axes, trials["response"])
-    axes.set_xlabel("response")
+    axes.set_xlabel("response" + ", on a logarithmic scale" * (axes.get_xscale() != "linear"))
     compared = crossing.join(alone.group_by("model").agg(most=pl.col("response").max()), on="model")
     if compared.is_empty():
-        style.headline(drawn, threshold_finding(crossing, thresholds))
+        words = threshold_finding(crossing, thresholds)
     else:
-        exceeds, words = pl.col("response") > pl.col("most"), "A crossing exceeds all of the background alone"
-        style.headline(drawn, counted(words, compared, exceeds, "trials"))
-    return drawn, f"Dots: clips; bars: from smallest to largest; black: the model's threshold. {RESPONSE}"
+        exceeds = pl.col("response") > pl.col("most")
+        words = counted("Crossings exceed the background alone", compared, exceeds, "trials")
+    title, counts = shared(words, "Responses to crossings and to the background alone")
+    style.headline(drawn, title)
+    return drawn, [f"Dots: clips; bars: smallest to largest; grey: threshold T. {RESPONSE}", counts]

@@ -82,42 +82,29 @@ def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], along: str,
     for word, beyond, end in (("largest", above, int(np.argmax(means))), ("least", above.T, int(np.argmin(means)))):
         alike = [level_text(level, of) for level, less in zip(levels, beyond[end], strict=True) if not less]
         if len(alike) <= min(2, count // 2):
-            ends.append(f"{word} {'for' if words else 'at'} {' or '.join(alike)}")
+            place = "for" if words else "at" if of else f"at {along}"
+            ends.append(f"{word} {place} {' or '.join(alike)}")
     return f"is {' and '.join(ends)}" if ends else "shows no clear order"
 
 
-def finding(
-    noun: str, curves: Iterable[Curve], along: str, of: str = "", things: str = "models", names: Sequence[str] = (),
-) -> str:  # fmt: skip
-    """Return the commonest `order` among curves and how many have it; then those that rise or fall too.
-
-    Of two or three curves with names that differ, what each of them shows.
-
-    Parameters
-    ----------
-    noun
-        What the curves show.
-    curves
-        Their levels and values.
-    along, of
-        As of `order`.
-    things
-        What has a curve each, in the plural.
-    names
-        Of the curves.
-    """
+def orders(curves: Iterable[Curve], along: str, of: str = "") -> list[str]:
+    """Return the `order` of each curve that has more than one level, or of each where none has more."""
     known = [one for one in curves if one[0]]
     most = max((len(levels) for levels, _ in known), default=0)
-    orders = [order(levels, samples, along, of) for levels, samples in known if len(levels) > 1 or most == 1]
-    if 1 < len(orders) == len(names) < 4 and len({*orders}) > 1:
-        parts = (f"{name} {text.removeprefix('is ')}" for name, text in zip(names, orders, strict=True))
-        return f"{noun}: {', '.join(parts)}"
-    (common, so), *others = Counter(orders).most_common() or [("is not known", 0)]
-    if len(orders) < 2:
-        return f"{noun} {common}"
-    end = f" with {along}"
-    more = [f"{text.removesuffix(end)} in {n}" for text, n in others if text.endswith(end) or len(others) == 1]
-    return ", ".join([f"{noun} {common} in {so} of {len(orders)} {things}", *more])
+    return [order(levels, samples, along, of) for levels, samples in known if len(levels) > 1 or most == 1]
+
+
+def commonest(noun: str, found: Sequence[str]) -> str:
+    """Return the commonest of some `orders`, and how many curves have it."""
+    common, so = Counter(found or ["is not known"]).most_common()[0]
+    return f"{noun} {common} in {so} of {len(found)} curves" if len(found) > 1 else f"{noun} {common}"
+
+
+def shared(noun: str, found: Sequence[str], along: str) -> str:
+    """Return a title: the order that all curves have; a plain label where they disagree, or it is too long."""
+    same = found[0] if len({*found}) == 1 else f"by {along}"
+    terse = same.removeprefix("is ").replace(" and ", ", ")
+    return style.title(f"{noun}: {terse}" if " and " in same else f"{noun} {same}", f"{noun} by {along}")
 
 
 def drawn_of(noun: str, along: str, n: int) -> str:

@@ -8,6 +8,7 @@ import polars as pl
 from matplotlib.figure import Figure
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.draw import style
 
 
@@ -23,20 +24,26 @@ def draw(run: Any) -> Figure:
         for panel, key in zip(panels, keys, strict=True):
             texts = settings[key].cast(pl.String)
             numbers = texts.cast(pl.Float64, strict=False)
-            for of, mark in (("search", "o"), ("sample", "s")):
+            for of, mark, tint in (("search", "o", palette.INK), ("sample", "s", palette.OTHERS["pink"])):
                 own = settings["of"] == of
                 x = (texts if numbers.null_count() else numbers).filter(own).to_list()
-                panel.plot(x, settings["least slack"].filter(own), mark, ms=2.5, alpha=0.6, label=of)
+                panel.plot(x, settings["least slack"].filter(own), mark, ms=2.5, alpha=0.6, label=of, color=tint)
+            best = settings.filter(of="search").sort("least slack", descending=True, nulls_last=True)[key][0]
+            panel.plot([best if numbers.null_count() else float(best)], [settings["least slack"].max()], "*", ms=9,
+                       color=palette.INK, label="winner")  # fmt: skip
+            panel.axhspan(0.0, max(panel.get_ylim()[1], 0.05), color=palette.VERDICTS["holds"][1], alpha=0.4, lw=0)
+            panel.set_title(f"winner: {best}", fontsize=style.SMALL)
             panel.set_xlabel(f"{key} ({shares.get(key, 0.0):.0%})")
         panels[0].set_ylabel("least slack")
-        panels[0].legend(fontsize=style.SMALL, frameon=False)
-        style.intervals(again, anew, anew["place"], ("value", "low", "high"), ms=4, color=style.INK)
+        style.intervals(again, anew, anew["place"], ("value", "low", "high"), ms=4, color=palette.INK)
         again.set_yticks(anew["place"], [f"no. {number}" for number in anew["number"]])
         again.set_xlim(-0.02, 1.02)
         again.set_xlabel("share that keeps every claim")
-        style.headline(figure, run.fitted["sentences"][0])
-        style.caption(figure, "In brackets: how much of the slack a parameter decides (PED-ANOVA). Last panel: the best"
-                              " settings on fresh seeds; whiskers: 95 % interval.")  # fmt: skip
+        found = run.fitted["sentences"][0].partition(";")[0]
+        style.headline(figure, style.title(found, f"{run.fitted['word']}: the least slack of every setting"))
+        style.legend(figure, panels[:1])
+        style.caption(figure, "Shaded: every claim holds; star: the winner. In brackets: a parameter's share of the"
+                              " slack.", "Last panel: fresh seeds, 95 % intervals.")  # fmt: skip
     return figure
 
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 import polars as pl
@@ -14,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import stdtrit
 
+from experiments.base import palette
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.declare.experiment import BALANCED, PARTS, WHOLE
 from experiments.draw import findings, style
@@ -34,20 +34,21 @@ PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "
 DASHES: Sequence[Any] = ("-", "--", ":", "-.", (0, (6, 2, 1, 2)), (0, (1, 3)))
 MARKERS = "osD^vP"
 """As many as there are dashes."""
+MOST_ROWS = 24
 MOST_TICKS = 6
 """Most levels of a number that have a tick each."""
 CONDITIONS = 5
 """Most conditions of excitation in a row."""
-BANDS = "Lines: means; bands: their 95 % interval; T: threshold. Below: filled HS, line HS with w_i = 1."
+BANDS = "Lines: means; bands: 95 % intervals. Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
-SUMS = {"excitation": ("excitation", style.HUES[0]), "weighted_inhibition": ("inhibition", style.HUES[1])}
-HS = {"hs": ("HS", style.INK), "hs_w_i_1": ("HS, w_i = 1", style.HUES[5]), "residue": ("leftover", style.HUES[3])}
+_TEAL, _PINK, _BROWN, _ = palette.OTHERS.values()
+SUMS = {"excitation": ("excitation", _TEAL), "weighted_inhibition": ("inhibition", _PINK)}
+HS = {"hs": ("HS", palette.CHANNELS["hs"]), "hs_w_i_1": ("HS, w_i = 1", palette.INK), "residue": ("leftover", _BROWN)}
 """Columns of excitation -> their names and colours."""
-POINTS = "Dots: trials; dark: their means; both are set apart sideways."
-INTERVALS = ("Dots: trials; dark: means with 95 % intervals; both are set apart sideways. Titles compare only means"
-             " whose intervals do not overlap.")  # fmt: skip
-TRACES = "Potentials: means; bands: range of the trials; dashes: threshold T."
+POINTS = "Dots: trials; dark: means."
+INTERVALS = "Dots: trials; dark: means, 95 % intervals. Titles order only means whose intervals do not overlap."
+TRACES = "Potentials: means; bands: range of the trials; dashes: T."
 
 Panel = tuple[str, str, Mapping[str, str]]
 """A quantity in words, the label of its axis, and the columns of the trials' table that show it, each with a name."""
@@ -121,9 +122,10 @@ def panels(runs: Mapping[str, Any]) -> Figure:
     with style.look():
         figure = Figure((style.WIDTH, 2.15 * math.ceil(len(first) / 2) + 0.4), layout="constrained")
         for axes, letter, (name, rows) in zip(style.grid(figure, len(first), 2), "abcd", first.items(), strict=False):
-            _points(axes, rows, COUNT)
+            _points(axes, rows, COUNT, style.tints(rows["level"], PAPER[name]))
             axes.set(xlabel=axis(PAPER[name]), ylabel=COUNT[1])
-            words = finding(rows, COUNT, PAPER[name])
+            words, _ = finding(rows, COUNT, PAPER[name])
+            words = words.removeprefix("Spike count").lstrip(": ").removeprefix("is ")  # as the axis says
             style.finding(axes, f"{name.rpartition('-')[2].capitalize()}: {words}", letter)
         _caption(figure, "", pl.concat(first.values(), how="diagonal_relaxed"))
     return figure
@@ -135,14 +137,13 @@ def _other_columns(trials: pl.DataFrame, varies: str) -> list[str]:
     return [name for name in varying(trials.to_dicts(), varies) if name not in along]
 
 
-def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str = "", notes: str = "") -> None:
-    """Write below a figure what was run, n, and what colours, line styles and symbols mean."""
+def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str = "", *notes: str) -> None:
+    """Write below a figure what was run, n, what colours, line styles and symbols mean, and the order of means."""
     counts, models = rows.group_by("model", *CONDITION_COLUMNS).len()["len"], style.levels(rows, "model")
     n = " to ".join(dict.fromkeys((str(counts.min()), str(counts.max()))))
-    keys = ["Colours: " + "; lines, markers: ".join(unit(name)[0] for name in (varies, *_other_columns(rows, varies)))]
     run = [*[title] * bool(title), f"{f'{models[0]}, ' * (len(models) == 1)}n = {n} per condition"]
     symbols = INTERVALS if counts.max() >= LEAST_FOR_INTERVAL else POINTS  # type: ignore[operator]
-    style.caption(figure, f"{'. '.join([*run, *keys * bool(varies)])}. {symbols} {notes}".rstrip())
+    style.caption(figure, f"{'. '.join(run)}.", symbols, *notes)
 
 
 def prepared(table: Any, frames: pl.DataFrame | None, varies: str) -> pl.DataFrame:
@@ -175,42 +176,37 @@ def _potentials(frames: pl.DataFrame) -> dict[str, str]:
     return {model: "looming" if looming > 0.0 == hs else "hs" for model, hs, looming in sizes.iter_rows()}
 
 
-def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> str:
-    """Return what the curves of each model and other condition show; of one or two trials each, what is drawn."""
+def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> tuple[str, str]:
+    """Return a panel's title, and the order of the means of each model and other condition where it is not that.
+
+    Of one or two trials each, what is drawn.
+    """
     noun, column = measure[0], next(iter(measure[2]))
     several = rows["model"].n_unique() > 1
     curves = {", ".join(filter(None, (model * several, other))): findings.curve(of, "level", column)
               for (model, other), of in style.by(rows.drop_nulls(column), "model", "other")}  # fmt: skip
     fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
-        return drawn_of(noun, unit(varies)[0], fewest)
-    things = "curves" if rows["other"].n_unique() > 1 else "models"
-    return findings.finding(noun, curves.values(), *unit(varies), things, [*curves])
-
-
-def tints(levels: Sequence[Any]) -> dict[Any, Any]:
-    """Return a colour for each level: words apart, numbers from dark to light, signed ones blue, grey and red."""
-    if isinstance(levels[0], str):
-        return style.colours(levels)
-    if min(levels) >= 0.0:
-        return style.shades(levels)
-    most, blend = max(map(abs, levels)), mpl.colormaps[style.DIVERGING]
-    return {level: blend(0.5 + math.copysign(0.2 + 0.3 * abs(level) / most, level)) if level else style.GREY
-            for level in sorted(levels)}  # fmt: skip
+        return style.sentence(drawn_of(noun, unit(varies)[0], fewest)), ""
+    title = findings.shared(noun, findings.orders(curves.values(), *unit(varies)), unit(varies)[0])
+    each = [f"{name} {text.removeprefix('is ')}" for name, one in curves.items()
+            for text in findings.orders([one], *unit(varies))]  # fmt: skip
+    return title, style.sentence(f"{noun}: {', '.join(each)}.") if f" by {unit(varies)[0]}" in title else ""
 
 
 # --- along what the trials vary ---------------------------------------------------------------------------------------
 
 
-def _points(axes: Axes, rows: pl.DataFrame, measure: Panel) -> None:
+def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, tints: Mapping[Any, str]) -> None:
     """Draw one model's trials as dots, means and intervals against the level, a line for each other condition."""
     shown = rows.select(*measure[2])
     if shown.null_count().sum_horizontal().item() == len(rows) * len(measure[2]):
         axes.set_yticks([])
-        axes.annotate("no threshold,\nno spikes", (0.5, 0.4), xycoords="axes fraction", ha="center", color=style.GREY)
+        axes.annotate("no threshold, no spikes", (0.5, 0.4), xycoords="axes fraction", ha="center",
+                      fontsize=style.SMALL, color=palette.GREY)  # fmt: skip
         return
     levels = findings.curve(rows.with_columns(one=1.0), "level", "one")[0]
-    words, colours = isinstance(levels[0], str), tints(levels)
+    words = isinstance(levels[0], str)
     places = dict(zip(levels, range(len(levels)) if words else levels, strict=True))
     gap = min(np.diff(list(places.values())), default=1.0)
     curves = [(", ".join(filter(None, (other, name))) or column, findings.curve(of, "level", column))
@@ -219,30 +215,38 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel) -> None:
     for place, (label, (found, samples)) in enumerate(curves):
         at = [places[level] + 0.12 * gap * (place - (len(curves) - 1) / 2) for level in found]
         line = "none" if words else DASHES[place % len(DASHES)]
-        style.means(axes, at, samples, style.INK, label, line=line, marker=MARKERS[place % len(MARKERS)], gap=gap,
-                    dots=[colours[level] for level in found])  # fmt: skip
-    if len(curves) > 1:
-        axes.legend(loc="best", frameon=False, fontsize=style.SMALL, handlelength=2.0)
+        style.means(axes, at, samples, palette.INK, label, line=line, marker=MARKERS[place % len(MARKERS)], gap=gap,
+                    dots=[tints[level] for level in found])  # fmt: skip
     if words:
         axes.set_xticks(range(len(levels)), [level_text(level).replace(" ", "\n") for level in levels])
         axes.tick_params(axis="x", labelrotation=90 if len(levels) > 3 else 0)
-    elif len(levels) <= MOST_TICKS:
+    elif 1 < len(levels) <= MOST_TICKS:
         axes.set_xticks(levels, map(level_text, levels))
     axes.margins(x=0.08, y=0.08)
     if shown.min().min_horizontal().item() >= 0.0:
         axes.set_ylim(0.0, 1.08 * axes.dataLim.y1 or 1.0)
+        if not axes.dataLim.y1:
+            axes.set_yticks([0.0])
 
 
-def _grid(models: Sequence[str], labels: Sequence[str], found: Sequence[str], **options: Any) -> tuple[Figure, Any]:
-    """Return a figure with a row for each model, and its panels: a column for each quantity; findings are above."""
-    high = min(2.3 if len(models) == 1 else 1.4, (style.PAGE - 1.8) / len(models))
-    figure = Figure((style.WIDTH, high * len(models) + 1.1 + 0.2 * len(labels)), layout="constrained")
-    style.headline(figure, *map(style.sentence, found), letter="a")
-    grid = figure.subplots(len(models), len(labels), squeeze=False, sharex="col", **options)
-    for axes, label, letter in zip(grid[0], labels, "abcd", strict=False):
-        axes.set_title(f"{letter}  {label}")
-    for axes, model in zip(grid[:, 0], models if len(models) > 1 else (), strict=False):
-        style.row_name(axes, model)
+def _rows(rows: pl.DataFrame) -> list[tuple[str, pl.DataFrame]]:
+    """Return what each row of panels is called, and its trials: those of a model and of a level of a second factor.
+
+    More than `MOST_ROWS` would be too low: then a model has one row, with a line for each other condition.
+    """
+    by = ["model", "other"] if rows.select("model", "other").n_unique() <= MOST_ROWS else ["model"]
+    several = [name for name in by if rows[name].n_unique() > 1]
+    return [(", ".join(filter(None, of.select(several).row(0))) if several else "", of)
+            for _, own in style.by(rows, "model") for _, of in style.by(own, *by)]  # fmt: skip
+
+
+def _grid(names: Sequence[str], labels: Sequence[str], titles: Sequence[str], **options: Any) -> tuple[Figure, Any]:
+    """Return a figure with a row for each name, and its panels: a column for each quantity, below its title."""
+    high = min(2.3 if len(names) == 1 else 1.4, (style.PAGE - 1.6) / len(names))
+    figure = Figure((style.WIDTH, high * len(names) + 1.3), layout="constrained")
+    grid = figure.subplots(len(names), len(labels), squeeze=False, sharex="col", **options)
+    for axes, title, label, letter in zip(grid[0], titles, labels, "abcd", strict=False):
+        style.finding(axes, title, letter, label)
     for axes in grid.flat:
         axes.locator_params(axis="y", nbins=4)
     return figure, grid
@@ -250,25 +254,30 @@ def _grid(models: Sequence[str], labels: Sequence[str], found: Sequence[str], **
 
 def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: Thresholds, title: str) -> Figure:
     """Draw the counts of every trial and the potentials: a row for each model."""
-    models, potentials = style.levels(rows, "model"), _potentials(frames)
+    potentials, panels = _potentials(frames), _rows(rows)
     column, label = BEARING if _crosses(rows, frames) else TIME
-    traced, fewest = finding(rows, MECHANISM[-1], varies), style.by(rows, "model", "level", "other").len()["len"].min()
+    (counted, order), (traced, rise) = (finding(rows, measure, varies) for measure in (COUNT, MECHANISM[-1]))
+    fewest = style.by(rows, "model", "level", "other").len()["len"].min()
     if fewest < LEAST_FOR_INTERVAL:
         traced = drawn_of("Potential", "bearing" if column == BEARING[0] else "time", fewest)
-    names = [f"{model} (looming)" if potentials.get(model) == "looming" else model for model in models]
-    figure, grid = _grid(names, (COUNT[1], "potential (HS right positive)"), (finding(rows, COUNT, varies), traced),
+    kinds = dict.fromkeys(potentials.get(of["model"][0], "hs") for _, of in panels)
+    shown = "; ".join(palette.TITLES[name] + ", right positive" * (name == "hs") for name in kinds)
+    figure, grid = _grid([name for name, _ in panels], (COUNT[1], f"potential ({shown})"), (counted, traced),
                          width_ratios=[2.9, 4.2])  # fmt: skip
-    table = frames.join(rows.select("trial", "model", "level", "other"), on=["trial", "model"], maintain_order="left")
-    lines = [resampled(table.filter(model=model), column, potentials.get(model, "hs")) for model in models]
-    peaks = []
-    for (counts, traces), model, of in zip(grid, models, lines, strict=True):
-        _points(counts, rows.filter(model=model), COUNT)
-        peaks.append(_traces(traces, of, varies))
+    peaks, tints = [], style.tints(rows["level"], varies)
+    for (counts, traces), (name, of) in zip(grid, panels, strict=True):
+        model, kept = of["model"][0], of.select("trial", "model", "level", "other")
+        potential, level = potentials.get(model, "hs"), thresholds.get(model)
+        _points(counts, of, COUNT, tints)
+        table = frames.join(kept, on=["trial", "model"], maintain_order="left")
+        peaks.append(_traces(traces, resampled(table, column, potential), varies, tints))
         low, high = traces.dataLim.y0, traces.dataLim.y1
-        style.threshold(traces, thresholds.get(model), signed=low < -0.3 * high, most=1.5 * max(high, -low))
+        style.threshold(traces, level, signed=low < -0.3 * high, named=not name, most=1.5 * max(high, -low))
+        style.row_name(counts, name + (" (looming)" if name and potential == "looming" else ""), level)
     grid[-1, 0].set_xlabel(axis(varies))
     grid[-1, 1].set_xlabel(label)
-    _caption(figure, title, rows, varies, TRACES)
+    style.legend(figure, grid[:, 0])
+    _caption(figure, title, rows, varies, TRACES, order, rise)
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
     right = grid[0, 1].get_xlim()[1]
     style.label_ends(grid[0, 1], [(right, *peak) for peak in peaks[0]])
@@ -296,17 +305,17 @@ def resampled(frames: pl.DataFrame, axis: str, potential: str) -> Lines:
     return lines
 
 
-def _traces(axes: Axes, lines: Lines, varies: str) -> list[tuple[float, str, Any]]:
+def _traces(axes: Axes, lines: Lines, varies: str, tints: Mapping[Any, str]) -> list[tuple[float, str, Any]]:
     """Draw the mean of the trials of each condition, and their range; return peak, name and colour of each level."""
-    colours = tints(list(dict.fromkeys(level for level, _ in lines))) if lines else {}
     others = list(dict.fromkeys(other for _, other in lines))
     peaks: dict[Any, tuple[float, str, Any]] = {}
     for (level, other), (grid, values) in lines.items():
-        mean, name = np.nanmean(values, axis=0), level_text(level, unit(varies)[1])
-        axes.fill_between(grid, np.nanmin(values, axis=0), np.nanmax(values, axis=0), color=colours[level], alpha=0.25,
+        mean, (noun, of) = np.nanmean(values, axis=0), unit(varies)
+        name = level_text(level, of) if of or isinstance(level, str) else f"{noun} {level_text(level)}"
+        axes.fill_between(grid, np.nanmin(values, axis=0), np.nanmax(values, axis=0), color=tints[level], alpha=0.25,
                           lw=0)  # fmt: skip
-        axes.plot(grid, mean, color=colours[level], lw=1.2, ls=DASHES[others.index(other) % len(DASHES)], label=name)
-        peaks.setdefault(level, (float(mean[np.abs(mean).argmax()]), name, colours[level]))
+        axes.plot(grid, mean, color=tints[level], lw=1.2, ls=DASHES[others.index(other) % len(DASHES)], label=name)
+        peaks.setdefault(level, (float(mean[np.abs(mean).argmax()]), name, tints[level]))
     axes.margins(y=0.06)
     return list(peaks.values())
 
@@ -316,16 +325,18 @@ def _traces(axes: Axes, lines: Lines, varies: str) -> list[tuple[float, str, Any
 
 def _mechanism(rows: pl.DataFrame, varies: str, title: str) -> Figure:
     """Draw why counts go as they do: a row for each model with count, time in view, firing rate and potential."""
-    models = style.levels(rows, "model")
-    measures = (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM)
-    found = [finding(rows, measure, varies) for measure in measures]
-    figure, grid = _grid(models, [measure[1] for measure in measures], found)
-    for panels, model in zip(grid, models, strict=True):
-        for axes, measure in zip(panels, measures, strict=True):
-            _points(axes, rows.filter(model=model), measure)
+    panels, measures = _rows(rows), (IN_WINDOW if varies == "speed_cm_s" else COUNT, *MECHANISM)
+    titles, orders = zip(*(finding(rows, measure, varies) for measure in measures), strict=True)
+    figure, grid = _grid([name for name, _ in panels], [measure[1] for measure in measures], titles)
+    tints = style.tints(rows["level"], varies)
+    for row, (name, of) in zip(grid, panels, strict=True):
+        style.row_name(row[0], name)
+        for axes, measure in zip(row, measures, strict=True):
+            _points(axes, of, measure, tints)
     for axes in grid[-1]:
         axes.set_xlabel(axis(varies))
-    _caption(figure, title, rows, varies)
+    style.legend(figure, grid[0])
+    _caption(figure, title, rows, varies, *orders)
     return figure
 
 
@@ -348,14 +359,12 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     labels = ("excitation, inhibition", "HS (right positive)", "share of trials that spike") * down
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(style.wrapped(label, 0.9), fontsize=style.BODY)
-    whole, balanced = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
+    (whole, _), (balanced, _) = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
     n, w_i = excitations.select("n", "w_i").row(0)
-    words = style.sentence(f"{whole}; with w_i = 1 the {balanced}")
-    style.headline(
-        figure, words if n >= LEAST_FOR_INTERVAL else drawn_of("Excitation and inhibition", unit(varies)[0], n)
-    )
-    left = f"Inhibition has its weight, w_i = {w_i:g}; leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion."
-    style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition. {BANDS} {left}")
+    style.headline(figure, whole)
+    style.legend(figure, grid[:2, 0])
+    left = f"Leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion, as w_i = {w_i:g}."
+    style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition.", BANDS, left, f"With w_i = 1: {balanced}.")
     return figure
 
 
@@ -368,8 +377,6 @@ def _over_time(panels: Any, of: pl.DataFrame, threshold: float | None, *, first:
             axes.plot(time, mean, color=colour, label=label)
             half = stdtrit(n - 1, 0.975) * of[f"{column}_sd"].fill_null(np.nan).to_numpy() / np.sqrt(n)
             axes.fill_between(time, mean - half, mean + half, color=colour, alpha=0.3, lw=0)
-        if first:
-            axes.legend(loc="best", handlelength=0.0, labelcolor="linecolor", edgecolor="none", fontsize=style.SMALL)
     style.threshold(panels[1], threshold, signed=True, named=first)
     panels[2].fill_between(time, of["firing"] / n, step="mid", color=HS["hs"][1], alpha=0.4, lw=0)
     panels[2].step(time, of["firing_w_i_1"] / n, where="mid", color=HS["hs_w_i_1"][1], lw=1.0)

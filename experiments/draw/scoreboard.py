@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.draw import style
 from experiments.judge.tests import Score
 
@@ -29,7 +30,7 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
     table
         As of `show`, with the columns ``NAME_n`` too.
     labels
-        Measure -> its words; the axes of those in µs are logarithmic, and of those without a unit end at 1.
+        Measure -> its words; the axes of those that say so are logarithmic, and of those without a unit end at 1.
     chance
         Beginning of a measure -> what guessing gets.
     title, note
@@ -47,23 +48,23 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
         for axes, name, letter in zip(panels, known, ascii_lowercase, strict=False):
             rows = table.with_row_index("row").drop_nulls(name)
             style.intervals(axes, rows, rows["row"].to_numpy(), (name, f"{name}_low", f"{name}_high"), ms=3.5,
-                            color=style.HUES[0], elinewidth=1.2, zorder=2, clip_on=False)  # fmt: skip
+                            color=palette.INK, elinewidth=1.2, zorder=2, clip_on=False)  # fmt: skip
             axes.set_title(style.wrapped(f"{letter}  {labels[name]}", style.WIDTH / across - 0.4))
-            if "µs" in labels[name]:
+            if "logarithmic" in labels[name]:
                 axes.set_xscale("log")
                 style.plain_numbers(axes, axes.dataLim.intervalx)
             else:
-                axes.set_xlim(0.0, None if "(" in labels[name] else 1.0)
+                axes.set_xlim(min(axes.dataLim.x0, 0.0), None if "(" in labels[name] else 1.0)
                 axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
             for level in (guess for start, guess in chance.items() if name.startswith(start)):
-                axes.axvline(level, color=style.GREY, ls=":", lw=0.8, zorder=1)
+                axes.axvline(level, color=palette.GREY, ls=":", lw=0.8, zorder=1)
             axes.grid(axis="y", lw=0.3)
             ends = dict.fromkeys((rows[f"{name}_n"].min(), rows[f"{name}_n"].max()))
             numbers.append(f"{letter}={' to '.join(map(str, ends))}")
         panels[0].set_yticks(range(table.height), table["model"])
         panels[0].set_ylim(table.height - 0.5, -0.5)
         style.headline(figure, title)
-        style.caption(figure, f"{note} Blank: does not apply, or no response. Dotted: chance. n: {', '.join(numbers)}.")
+        style.caption(figure, note, "Blank: does not apply, or silent. Dotted: chance.", f"n: {', '.join(numbers)}.")
     return figure
 
 

@@ -20,6 +20,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
+from experiments.base import palette
 from experiments.base.files import NAME, replacing
 from experiments.judge.tests import summarise, written
 from experiments.settings.parameters import in_words
@@ -33,7 +34,6 @@ SMALL, BODY, TITLE = 7.0, 8.0, 9.0
 """Sizes of type, points: labels at lines and ticks; axes; findings."""
 LOOK: dict[Any, Any] = {
     "font.size": BODY,
-    "axes.labelsize": BODY,
     "axes.titlesize": BODY,
     "axes.titlelocation": "left",
     "xtick.labelsize": SMALL,
@@ -45,14 +45,10 @@ LOOK: dict[Any, Any] = {
     "svg.hashsalt": "colias-sim",  # equal tables, equal bytes
     "svg.fonttype": "none",
 }
-INK, GREY = "#222222", "#5f5f5f"
-HUES = ("#1f3f94", "#dd7a00", "#7b1050", "#2a8fd0", "#0b5226", "#e0559a", "#5a3208", "#4f9e2f")
-"""Colours of things without an order. Dark and light take turns, so neighbours differ in grey too, and all have a
-contrast of at least 3:1 on white."""
-DIVERGING = "RdBu_r"
-"""Colour map of signed quantities: red is right or down."""
 DPI = 200.0
 """Dots per inch of a PNG."""
+MOST_WORDS, CAPTION_LINES = 12, 2
+"""Words of a title, and lines of a caption."""
 MOST_NAMED = 8
 """Parameters that a title names."""
 HALO = (withStroke(linewidth=2.0, foreground="white"),)
@@ -67,16 +63,23 @@ def look() -> Iterator[None]:
         yield
 
 
-def colours(names: Iterable[str]) -> dict[str, str]:
-    """Return a colour for each name, in turn; with more than eight names, panels have to tell them apart."""
-    return {name: HUES[place % len(HUES)] for place, name in enumerate(dict.fromkeys(names))}
+def tints(levels: Iterable[Any], column: str = "") -> dict[Any, str]:
+    """Return a colour for each level of a column: speeds, distances and angles have one palette each in all figures.
 
-
-def shades(levels: Iterable[float]) -> dict[float, str]:
-    """Return a colour for each level of a quantity, from dark for the lowest to light for the highest."""
-    ordered = sorted(set(levels))
-    places = np.linspace(0.0, 0.78, max(len(ordered), 2))
-    return {level: to_hex(mpl.colormaps["viridis"](place)) for level, place in zip(ordered, places, strict=False)}
+    Numbers go from dark for the smallest to light for the largest; signed ones are brown, grey and teal. Words are
+    things without an order.
+    """
+    known = list(dict.fromkeys(levels))
+    if isinstance(known[0], str):
+        return palette.of_others(known)
+    most = max(map(abs, known))
+    if "angle" in column or min(known) < 0.0 < max(known):
+        blend = mpl.colormaps[palette.SIGNED]
+        return {level: to_hex(blend(0.5 + math.copysign(0.2 + 0.3 * abs(level) / most, level))) if level else
+                palette.GREY for level in sorted(known)}  # fmt: skip
+    name, high = next(ramp for quantity, ramp in palette.RAMPS.items() if quantity in column)
+    places = mpl.colormaps[name](np.linspace(0.0, high, max(len(known), 2)))
+    return dict(zip(sorted(known, key=abs), map(to_hex, places), strict=False))
 
 
 def wrapped(text: str, inches: float, points: float = BODY) -> str:
@@ -86,24 +89,45 @@ def wrapped(text: str, inches: float, points: float = BODY) -> str:
     return "\n".join(lines).replace("\x1f ", "").replace("\x1f", "")
 
 
-def finding(axes: Axes, text: str, letter: str = "") -> None:
-    """Write the finding of a panel above it, after the panel's letter."""
+def title(finding: str, plain: str) -> str:
+    """Return a finding as a title, or the plain label where it has more than `MOST_WORDS`."""
+    return sentence(finding if len(finding.split()) <= MOST_WORDS else plain)
+
+
+def finding(axes: Axes, text: str, letter: str = "", label: str = "") -> None:
+    """Write the finding of a panel above it, after the panel's letter; below it what its vertical axis is."""
     inches = axes.bbox.width / axes.figure.dpi
-    axes.set_title(wrapped(f"{letter}  {text}" if letter else text, inches, TITLE), fontsize=TITLE, fontweight="bold")
+    axes.set_title(wrapped(f"{letter}  {text}" if letter else text, inches, TITLE), fontsize=TITLE, fontweight="bold",
+                   pad=16.0 if label else None)  # fmt: skip
+    axes.annotate(label, (0.0, 1.0), (0.0, 4.0), "axes fraction", "offset points", fontsize=SMALL, color=palette.GREY)
 
 
-def headline(figure: Figure | SubFigure, *findings: str, letter: str = "") -> None:
-    """Write the finding of a figure, or of a part of one, at its upper left; several from a letter on, a line each."""
+def headline(figure: Figure | SubFigure, text: str) -> None:
+    """Write the finding of a figure, or of a part of one, at its upper left."""
     inches = figure.bbox.width / figure.figure.dpi
-    texts = [f"{chr(ord(letter) + place)}  {text}" if letter else text for place, text in enumerate(findings)]
-    lines = "\n".join(wrapped(text, inches, TITLE) for text in texts)
-    figure.suptitle(lines, x=0.01, ha="left", fontsize=TITLE, fontweight="bold")
+    figure.suptitle(wrapped(text, inches, TITLE), x=0.01, ha="left", fontsize=TITLE, fontweight="bold")
 
 
-def caption(figure: Figure, text: str) -> None:
-    """Write below a figure what was run, n, and what the symbols mean."""
-    words = wrapped(text, figure.get_size_inches()[0], SMALL)
-    figure.supxlabel(words, x=0.01, ha="left", fontsize=SMALL, color=GREY)
+def caption(figure: Figure, text: str, *more: str) -> None:
+    """Write below a figure what was run and n; of what symbols mean and how means go, as much as two lines hold."""
+    inches, narrow = figure.get_size_inches()[0], 0.86 * SMALL  # long texts have many narrow letters
+    for further in filter(None, more):
+        longer = f"{text} {further}"
+        text = longer if wrapped(longer, inches, narrow).count("\n") < CAPTION_LINES else text
+    figure.supxlabel(wrapped(text, inches, narrow), x=0.01, ha="left", fontsize=SMALL, color=palette.GREY)
+
+
+def legend(figure: Figure, panels: Iterable[Axes]) -> None:
+    """Draw the one legend of a figure above its panels: of every label that several curves of a panel need."""
+    found: dict[Any, Any] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        found |= dict(zip(labels, handles, strict=True)) if len(labels) > 1 else {}
+    above = len(figure.get_suptitle()) + sum(len(label) + 8 for label in found) < 110  # there is room beside it
+    if found:
+        figure.legend(found.values(), found, frameon=False,
+                      loc="outside upper right" if above else "outside right upper",
+                      ncols=len(found) if above else 1, fontsize=SMALL, handlelength=2.0)  # fmt: skip
 
 
 def levels(table: pl.DataFrame, column: str) -> list[Any]:
@@ -185,7 +209,7 @@ def means(
 
 def row_name(axes: Axes, name: str, level: float | None = None) -> None:
     """Write the name of a model left of its row, with its threshold below."""
-    text = wrapped(name, NAME_INCHES, SMALL) + ("" if level is None else f"\nT = {level:.3g}")
+    text = wrapped(name, NAME_INCHES, SMALL) + ("" if level is None else f"\nT = {level:.3g}") if name else ""
     axes.set_ylabel(text, rotation=0, ha="right", va="center", fontsize=SMALL)
 
 
@@ -199,10 +223,10 @@ def threshold(
     if level is None:
         return
     for sign in () if level > most else (1, -1) if signed else (1,):
-        axes.axhline(sign * level, color=GREY, ls="--", lw=0.8, zorder=1)
+        axes.axhline(sign * level, color=palette.THRESHOLD, ls="--", lw=0.8, zorder=1)
     text, place, unit = (" is above", 1.0, "axes fraction") if level > most else ("", level, "data")
     axes.annotate(f"T = {level:.3g}{text}" if named else "", (0.0, place), (2.0, -2.0), ("axes fraction", unit),
-                  "offset points", va="top", fontsize=SMALL, color=GREY, zorder=4, path_effects=HALO,
+                  "offset points", va="top", fontsize=SMALL, color=palette.GREY, zorder=4, path_effects=HALO,
                   in_layout=False)  # fmt: skip
 
 

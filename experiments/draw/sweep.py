@@ -13,12 +13,15 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.declare.study import TOGETHER
 from experiments.draw import style
+from experiments.draw.findings import axis, unit
 from experiments.judge.count import count_of
 from experiments.settings.grid import values_of
 
-SHARES = LinearSegmentedColormap.from_list("held", (style.HUES[1], "#f4f1ea", style.HUES[0]))
+_HELD, _FAILED = (palette.VERDICTS[state][0] for state in ("holds", "fails"))
+SHARES = LinearSegmentedColormap.from_list("held", (_FAILED, "#ffffff", _HELD))
 """Share of the replicates in which a claim holds, 0 to 1."""
 MEASURE = pl.col("what").str.split(":").list.first()
 """Name of a measure without its condition."""
@@ -42,9 +45,10 @@ def draw(sweep: Described) -> Figure:
         symbols.append("k/n: holds in k of n (h: the DSNN's half); a word: at any seed; hatched: not judged")
     with style.look():
         figure = _table(sweep, cells) if named else _panels(sweep, cells)
-        style.headline(figure, finding(cells))
+        first, _, further = finding(cells).partition("; ")
+        style.headline(figure, style.title(first, "Share of the replicates in which claims hold"))
         what = f"{style.sentence(sweep['summary'])}: n = {sweep['replicates']}, from seed {sweep['seed']}"
-        style.caption(figure, ". ".join([*symbols, what, ""]).rstrip())
+        style.caption(figure, f"{what}.", *[f"{text}." for text in (style.sentence(further), *symbols) if text])
     return figure
 
 
@@ -72,7 +76,8 @@ def finding(cells: pl.DataFrame) -> str:
     claims, who = (cells.filter("judged"), "Claims hold") if whole.is_empty() else (whole, "All claims hold")
     value = claims["value"].cast(float)
     kept = f"{who} in every replicate in {(value == 1.0).sum()} of {len(value)} cells"
-    phrases = [f"{kept}, {value.is_nan().sum()} not judged"] * (len(value) > 0)
+    unjudged = value.is_nan().sum()
+    phrases = [*[kept] * (len(value) > 0), *[f"{unjudged} not judged"] * (unjudged > 0)]
     measures = cells.filter(~pl.col("judged")).drop_nulls("value")
     for (name,), of in style.by(measures.with_columns(MEASURE), "what"):
         phrases.append(f"{name} from {of['value'].min():.3g} to {of['value'].max():.3g}")
@@ -116,30 +121,43 @@ def _panels(sweep: Described, cells: pl.DataFrame) -> Figure:
             panel.set_yticks(range(len(up)), up)
         else:
             style.intervals(panel, table, table["x"], ("value", "low", "high"), along="y", fmt="o-", ms=3.5,
-                            capsize=2, color=style.INK)  # fmt: skip
+                            capsize=2, color=palette.INK)  # fmt: skip
             panel.set_ylabel("share of replicates" if table["judged"][0] else "")
-        title = ", ".join(filter(None, (titles.get(what, what), model)))
-        panel.set_title(style.wrapped(title, inches, style.SMALL), fontsize=style.SMALL)
+        title = ", ".join(filter(None, (titles.get(what, in_words(what)), model)))
+        panel.set_title(style.wrapped(title, inches, style.TITLE), fontsize=style.TITLE)
         panel.set_xticks(range(len(levels)), list(levels), rotation=90 if len(levels) > 6 else 0)
     for panel in grid[-across:]:
-        panel.set_xlabel(style.wrapped(across_name, inches))
-    figure.supylabel(second[0][0] if up else "")
+        panel.set_xlabel(style.wrapped(with_unit(across_name), inches, style.TITLE), fontsize=style.TITLE)
+    figure.supylabel(with_unit(second[0][0]) if up else "", fontsize=style.TITLE)
     return figure
+
+
+def with_unit(key: str) -> str:
+    """Return a parameter's name, in words and with its unit where the name has one."""
+    return axis(key.rpartition(".")[2]) if unit(key)[1] else key
+
+
+def in_words(measure: str) -> str:
+    """Return a measure's name with its condition in words: ``spikes: speed_cm_s=2`` is spikes at speed 2 cm/s."""
+    name, _, condition = measure.partition(":")
+    words = (" ".join((unit(key)[0], level, unit(key)[1])).rstrip()
+             for key, _, level in (part.strip().partition("=") for part in condition.split(",") if part))  # fmt: skip
+    return f"{name} at {', '.join(words)}" if "=" in condition else measure
 
 
 def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
     """Draw cells at their ``x`` and ``y``, of (rows, columns), and the texts of claims."""
     cells = np.full(size, np.nan)
     cells[table["y"].to_numpy(), table["x"].to_numpy()] = table["value"].cast(float).to_numpy()
-    panel.patch.set(facecolor="white", edgecolor="#b0b0b0", hatch="////", lw=0.0)
+    panel.patch.set(facecolor=palette.WHITE, edgecolor=palette.VERDICTS["unjudged"][1], hatch="////", lw=0.0)
     if not table["judged"][0]:
         least, most = table.select("least", "most").row(0)  # one scale for all panels of a measure
-        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="viridis", vmin=least, vmax=most)
+        image = panel.imshow(cells, origin="lower", aspect="auto", cmap="Greys", vmin=least, vmax=most)
         panel.figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02)
         return
     panel.imshow(cells, origin="lower", aspect="auto", cmap=SHARES, vmin=0.0, vmax=1.0)
     for x, y, text in table.select("x", "y", "text").rows():
-        panel.annotate(text, (x, y), ha="center", va="center", fontsize=style.SMALL - 1, path_effects=style.HALO,
+        panel.annotate(text, (x, y), ha="center", va="center", fontsize=style.TITLE, path_effects=style.HALO,
                        annotation_clip=True)  # fmt: skip
 
 

@@ -2,29 +2,47 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import polars as pl
 from rich.text import Text
 
-from experiments.base.console import out_console
-from experiments.judge.count import State
+from experiments.base import console, palette
+from experiments.judge.count import Count
 from experiments.judge.verdict import Verdict
 from experiments.store.tables import PEAKS
 
-VERDICT_COLOURS: Mapping[State, str] = {
-    "holds": "green",
-    "fails": "red",
-    "sometimes": "yellow",
-    "counted": "cyan",
-    "unjudged": "yellow",
-}
+SIGNS: Mapping[str, str] = {state: sign for state, (*_, sign) in palette.VERDICTS.items()}
+"""State of a verdict, as colours have it -> the sign that stands before it: colour alone tells no verdict."""
+
+
+def seen_as(count: Count) -> str:
+    """Return the state whose sign and colour a count has: without a word, whether it held in all, some or none."""
+    if count.state != "counted":
+        return count.state
+    return "sometimes" if count.holds and count.fails else "holds" if count.holds else "fails"
+
+
+def not_run(verdicts: Iterable[Verdict]) -> str:
+    """Return the claims for which what they need was not run or shown, each reason once: ``C1, C2 (reason)``."""
+    reasons: dict[str, list[str]] = {}
+    for verdict in filter(is_unshown, verdicts):
+        reasons.setdefault(verdict.outcome.deciding, []).append(verdict.id)
+    return "; ".join(f"{', '.join(dict.fromkeys(names))} ({why})" for why, names in reasons.items())
+
+
+def is_unshown(verdict: Verdict) -> bool:
+    """Return whether a claim was not judged in any replicate, for want of what it needs."""
+    return not verdict.count.judged and verdict.outcome.verdict == "not shown"
 
 
 def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenance: str = "") -> None:
-    """Print each verdict as one sentence: the claim, in how many replicates it held, and the number that decided.
+    """Print verdicts as a table: the claim, in how many replicates it held, the number that decided, what it needs.
 
-    What else was measured stands in ``claims.json``.
+    A sentence follows for each that did not hold, and one line for all that were not run. The rest is in
+    ``claims.json``.
 
     Parameters
     ----------
@@ -35,19 +53,26 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
     provenance
         Where the trials come from; empty where they are simulated.
     """
-    skipped = {verdict.id: verdict.outcome.least for verdict in verdicts if verdict.outcome.least}
-    for verdict in (verdict for verdict in verdicts if not verdict.outcome.least):
-        counted = verdict.count
-        who = f" ({verdict.model})" if model and verdict.model else ""
-        origin = f" [{provenance}]" if provenance else ""
-        sentence = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}"
+    rows, sentences = [], []
+    for verdict in verdicts:
+        if is_unshown(verdict):
+            continue
+        state, word = seen_as(verdict.count), re.split(" replicate|[;,]", verdict.count.sentence())[0]
+        sign = Text(f"{SIGNS[state]} {word}", palette.VERDICTS[state][2])
+        name = f"{verdict.id} ({verdict.model})" if model and verdict.model else verdict.id
+        rows.append((name, sign, *verdict.numbers))
+        text = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}" * (state != "holds")
         if verdict.equal is not None and verdict.outcome.equal is not None:
-            sentence += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
-        label = Text(counted.sentence(), VERDICT_COLOURS[counted.state])
-        out_console.print(Text.assemble((verdict.id, "b"), f"{who} ", label, f"{origin}: {sentence}"))
-    for least in sorted(set(skipped.values())):
-        names, option = ", ".join(name for name in skipped if skipped[name] == least), f" (--repeats {least})"
-        out_console.print(f"skipped, for want of {least} trials of each condition{option * (not provenance)}: {names}")
+            text += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
+        if text:
+            sentences.append(Text.assemble((name, "b"), f" {word}: {text.removeprefix('; ')}"))
+    if rows:
+        names = ["claim", "verdict", "number", "what it needs"]
+        console.show(pl.DataFrame(rows, names, orient="row"), provenance)
+    for line in sentences:
+        console.out_console.print(line)
+    if missing := not_run(verdicts):
+        console.out_console.print(f"not judged: {missing}")
 
 
 def show_silent(rows: Iterable[Mapping[str, Any]]) -> None:
@@ -59,4 +84,4 @@ def show_silent(rows: Iterable[Mapping[str, Any]]) -> None:
         if not any(row[end] for row in seen for end in PEAKS):
             greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
             range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
-            out_console.print(f"{model} is silent: all its potentials are 0{range_of}")
+            console.out_console.print(f"{model} is silent: all its potentials are 0{range_of}")

@@ -13,7 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from dsnn import MODELS
 from experiments.base import console as terminal
+from experiments.base import palette
 from experiments.draw import style
 from experiments.judge import curves
 
@@ -61,7 +63,7 @@ def draw(points: pl.DataFrame, along: Sequence[str], changed: Row) -> Figure:
     """
     (shown, symbols), approach = CAPTIONS[points["curve"][0]], "l_over_v_s" in along
     x, *y = (LABELS[name] for name in along)
-    models = points["model"].unique(maintain_order=True).to_list()
+    models = sorted(style.levels(points, "model"), key=MODELS.__contains__)  # one's own come first
     columns = tuple(MEASURES) if approach else ("response",)
     across = len(columns) if approach else min(ACROSS, len(models))
     down = math.ceil(len(models) * len(columns) / across)
@@ -86,37 +88,40 @@ def draw(points: pl.DataFrame, along: Sequence[str], changed: Row) -> Figure:
         for axes in panels[-across:]:
             axes.set_xlabel(style.wrapped(x, inches))
         if y:
-            scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), style.DIVERGING)
+            scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), palette.SIGNED)
             figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
         figure.supylabel(y[0] if y else "" if approach else "response", fontsize=style.BODY)
-        style.caption(figure, f"{shown}{style.in_title(changed)}. {symbols}")
+        style.headline(figure, f"Response by {' and '.join(label.partition(' (')[0] for label in (x, *y))}")
+        style.legend(figure, panels[:1])
+        style.caption(figure, f"{shown}{style.in_title(changed)}.", symbols)
     return figure
 
 
 def _lines(axes: Axes, own: pl.DataFrame, column: str) -> None:
-    """Draw a column of each line of points against x; label the lines in the first panel of a figure."""
+    """Draw a column of each line of points against x."""
     places = own["x"].unique().sort().to_list()
-    ends: list[tuple[float, float, str, str]] = []
-    for line, tint in style.colours(own["line"]).items():
+    several = own["line"].n_unique() > 1
+    tints: dict[str, str] = palette.of_others(own["line"]) if several else {own["line"][0]: palette.INK}
+    for line, tint in (tints | dict(palette.CHANNELS)).items():
         part = own.filter(pl.col("line") == line).drop_nulls(column)
         if len(part):
-            wider = 1.2 * (own["line"].n_unique() - len(ends))  # than the lines above it, which may lie on it
-            axes.plot(part["x"], part[column], "-o", lw=wider, ms=wider + 1.0, color=tint, clip_on=False, zorder=3)
-            ends.append((part["x"][-1], part[column][-1], line, tint))
+            wider = 1.2 * (own["line"].n_unique() - len(axes.lines))  # than the lines above it, which may lie on it
+            axes.plot(part["x"], part[column], "-o", lw=wider, ms=wider + 1.0, color=tint, clip_on=False, zorder=3,
+                      label=palette.TITLES.get(line, line))  # fmt: skip
     if places[0] > 0 and places[-1] >= 4 * places[0]:
         axes.set_xscale("log")
-    style.plain_numbers(axes, places[:: math.ceil(len(places) / 4)])
+        ticks = [digit * 10.0**power for power in range(-4, 4) for digit in (1, 3)]
+        places = [tick for tick in ticks if places[0] <= tick <= places[-1]]
+    style.plain_numbers(axes, places[:: math.ceil(len(places) / 5)])
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    axes.axhline(0.0, color=style.GREY, lw=0.5)
-    if own["line"].n_unique() > 1 and axes is axes.figure.axes[0]:
-        style.label_ends(axes, ends)
+    axes.axhline(0.0, color=palette.GREY, lw=0.5)
 
 
 def _map(axes: Axes, own: pl.DataFrame) -> None:
     """Draw a map of responses."""
     places, rates, responses = curves.grid(own)
     largest = max(np.nanmax(np.abs(responses)), curves.NOTHING)
-    axes.imshow(responses / largest, origin="lower", aspect="auto", cmap=style.DIVERGING, vmin=-1, vmax=1)
+    axes.imshow(responses / largest, origin="lower", aspect="auto", cmap=palette.SIGNED, vmin=-1, vmax=1)
     axes.set_xticks(range(0, len(places), 2), [f"1/{1 / place:.0f}" for place in places[::2]])
     axes.set_yticks(range(0, len(rates), 3), [f"{rate:g}" for rate in rates[::3]])
 

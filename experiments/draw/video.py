@@ -21,16 +21,18 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from dsnn.model import SPIKING
+from experiments.base import palette
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import replacing
-from experiments.base.palette import colours
+from experiments.base.palette import rgb
 from experiments.draw.style import look
-from experiments.show.record import OFF, ON, STILL, channel_title
+from experiments.show.record import lane_title
 from experiments.store.recordings import CAMERA, chunks, pictures_of, times_of
 from scenes import ARENA_RADIUS_CM
 
@@ -46,22 +48,22 @@ CODING = {
 MOST_MODELS, MOST_HZ = 8, 120.0
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
-LINES = {"hs": ("-", "line"), "vs": (":", "dotted"), "looming": ("--", "dashed")}
-"""Channel -> its line, for matplotlib and in words."""
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
-OWN_COLOUR, OTHER_COLOUR = "#2e7850", "#191919"
-CHANGE = "change"
+FIRST = "world/observer/camera"
+"""The camera whose flow is drawn."""
+CHANGE, FLOW = "change", "truth/flow"
 
 
 def changes(seen: Iterator[tuple[float, Picture]]) -> Iterator[tuple[float, Picture]]:
-    """Turn pictures into what changed since the one before: warm where it became brighter, cool where darker."""
+    """Turn pictures into what changed since the one before, in the colours of brighter and darker pixels."""
+    still, brighter, darker = (np.array(rgb(tint)) for tint in (palette.STILL, palette.BRIGHTER, palette.DARKER))
     before: npt.NDArray[np.int16] | None = None
     for time_s, picture in seen:
         change = np.zeros(picture.shape, np.int16) if before is None else picture.astype(np.int16) - before
         before = picture.astype(np.int16)
         strength = np.clip((np.abs(change) - NOISE) / (FULL_CHANGE - NOISE), 0.0, 1.0)[..., None] ** 0.7
-        colour = np.where(change[..., None] > 0, np.array(ON), np.array(OFF))
-        yield time_s, np.rint(np.array(STILL) + strength * (colour - np.array(STILL))).astype(np.uint8)
+        colour = np.where(change[..., None] > 0, brighter, darker)
+        yield time_s, np.rint(still + strength * (colour - still)).astype(np.uint8)
 
 
 class Reel:
@@ -86,6 +88,8 @@ class Reel:
         Robot -> times, x and y in cm, heading in radians, (4, T).
     eyes
         Entity of a camera's pictures -> their times.
+    flow
+        Time, s -> what has moved in the first camera's picture, from where to where in px, (N, 2, 2).
     obstacles
         Outlines on the floor, (N, 2), cm.
     properties
@@ -102,7 +106,7 @@ class Reel:
         self.values: dict[str, dict[str, Floats]] = {}
         self.levels: dict[str, list[float]] = {}
         self.tracks: dict[str, Floats] = {}
-        self.eyes: dict[str, Floats] = {}
+        self.eyes, self.flow = dict[str, Floats](), dict[float, Floats]()
         self.obstacles: list[Floats] = []
         self.properties: dict[str, Any] = {}
         found: dict[tuple[str, str], list[Floats]] = {}
@@ -123,6 +127,8 @@ class Reel:
                 continue
             elif part and part[1] == "threshold":
                 self.levels[part[0]] = batch["Scalars:scalars"][0].as_py()
+            elif entity == f"{FIRST}/{FLOW}":
+                self.flow |= _arrows(batch)
             elif CAMERA.fullmatch(entity):
                 found.setdefault(("eyes", entity), []).append(times_of(batch)[None])
             elif "Transform3D:translation" in names:
@@ -195,8 +201,9 @@ class Canvas:
         self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")  # a point is a pixel
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
-            kinds = [*reel.eyes, *([CHANGE] if reel.eyes else []), *(["plan"] if reel.tracks else [])]
-            heights = [1.0 if self._film else 1.3 * len(kinds), 0.75 + 0.25 * min(len(reel.values), 4)]
+            more = [*([CHANGE] if reel.eyes else []), *([FLOW] if reel.flow else [])]
+            kinds = [*reel.eyes, *more, *(["plan"] if reel.tracks else [])]
+            heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             experiment = reel.properties.get("experiment")
             figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
@@ -206,7 +213,7 @@ class Canvas:
             for place, column in enumerate(self.panels):
                 for kind, axes in column.items():
                     axes.set(xticks=[], yticks=[])
-                    draw = self._plan if kind == "plan" else self._picture
+                    draw = {"plan": self._plan, FLOW: self._flow}.get(kind, self._picture)
                     self._updates[place].append(draw(kind, axes))
                     if place == 0:
                         axes.set_title(_panel_title(kind), loc="left")
@@ -233,6 +240,23 @@ class Canvas:
 
         return update
 
+    def _flow(self, _kind: str, axes: Axes) -> Update:
+        """Draw the true flow over the picture: a stroke from where each point was to a dot where it is."""
+        eye, times = next(iter(self._reel.eyes)), np.array([*self._reel.flow])
+        picture = self._picture(eye, axes)
+        strokes = LineCollection([], colors=palette.TRUE, linewidths=2, animated=self._film)
+        axes.add_collection(strokes)
+        (heads,) = axes.plot([], [], ".", color=palette.TRUE, ms=6, animated=self._film)
+
+        def update(time_s: float, seen: Mapping[str, Picture | None]) -> None:
+            picture(time_s, seen)
+            now = max(int(np.searchsorted(times, time_s + 1e-6)), 1)
+            moved = self._reel.flow[float(times[now - 1])] - 0.5  # matplotlib counts pixels from their middle
+            strokes.set_segments(list(moved))
+            heads.set_data(*moved[:, 1].T)
+
+        return update
+
     def _plan(self, _kind: str, axes: Axes) -> Update:
         (x, y), turn = _ground(self._reel), np.linspace(0, 2 * np.pi, 181)
         axes.set(xlim=x, ylim=y, aspect="equal", facecolor="#f4f4f2")
@@ -244,7 +268,7 @@ class Canvas:
         axes.annotate("10 cm", (start, level), xytext=(0, 3), textcoords="offset points")
         drawn = []
         for name, track in reversed(self._reel.tracks.items()):
-            colour = OWN_COLOUR if name == "observer" else OTHER_COLOUR
+            colour = palette.OBSERVER if name == "observer" else palette.STIMULUS
             (trail,) = axes.plot([], [], color=colour, lw=1, animated=self._film)
             body = Circle((0, 0), ROBOT_CM, color=colour, animated=self._film, zorder=3)
             axes.add_patch(body)
@@ -268,10 +292,9 @@ class Canvas:
             return {}
         columns = 1 if len(reel.values) <= 3 else 2
         grid = figure.subplots(-(-len(reel.values) // columns), columns, sharex=True, squeeze=False)
-        tints = colours(reel.values)
         lanes = dict(zip(reel.values, grid.T.flat, strict=False))
         for model, axes in lanes.items():
-            self._lane(axes, model, tints[model])
+            self._lane(axes, model)
             for time_s in moments:
                 axes.axvline(time_s, color="#787878", lw=1)
         for axes in list(grid.T.flat)[len(lanes) :]:
@@ -280,26 +303,29 @@ class Canvas:
             axes.set_xlabel("time (s)")
         return lanes
 
-    def _lane(self, axes: Axes, model: str, tint: str) -> None:
+    def _lane(self, axes: Axes, model: str) -> None:
         channels, levels = self._reel.values[model], self._reel.levels.get(model, [])
         potentials = {name: series for name, series in channels.items() if "/" not in name}
-        spikes = [series for name, series in channels.items() if "/" in name and series[1].any()]
+        spikes = {name.removeprefix("spikes/"): series for name, series in channels.items()
+                  if "/" in name and series[1].any()}  # fmt: skip
         high = max([0.1, *(np.nanmax(np.abs(values)) for _, values in potentials.values()), *map(abs, levels)])
-        negative = any((values < -0.05 * high).any() for _, values in [*potentials.values(), *spikes])
+        negative = any((values < -0.05 * high).any() for _, values in [*potentials.values(), *spikes.values()])
         begin, end = self._reel.time_s[0], self._reel.time_s[-1] + 1e-6
         axes.set(xlim=(begin, end), ylim=(-1.3 * high if negative else -0.25 * high, 1.3 * high))
         axes.yaxis.set_major_locator(MaxNLocator(4))  # others go by the layout, which goes by them
         axes.axhline(0.0, color="#c9c9c9", lw=1)
         for level in levels:
-            axes.axhline(level, color=tint, lw=1, ls=(0, (5, 3)))
+            axes.axhline(level, color=palette.THRESHOLD, lw=1, ls=(0, (5, 3)))
+            named = f"T = {level:g}" if level > 0.0 or -level not in levels else ""
+            axes.annotate(named, (begin, level), (2, 2), textcoords="offset points", color=palette.GREY)
         for channel, (time_s, values) in potentials.items():
-            axes.plot(time_s, values, LINES[channel][0], color=tint, lw=2)
-        for time_s, counts in spikes:
+            axes.plot(time_s, values, color=palette.CHANNELS[channel], lw=2, label=channel)
+        for channel, (time_s, counts) in spikes.items():
             edge = 1.3 * high * np.sign(counts)
             axes.vlines(time_s, edge, edge - high * (0.05 * np.sign(counts) + 0.13 * counts / np.abs(counts).max()),
-                        color=tint, lw=2)  # fmt: skip
-        looks = ", ".join(f"{channel_title(name)} ({LINES[name][1]})" for name in potentials)
-        axes.set_title(f"{model}: {looks}; strokes at the edges: spikes", loc="left")
+                        color=palette.CHANNELS[channel], lw=2)  # fmt: skip
+        strokes = "; strokes at the edge: spikes" * bool(spikes)
+        axes.set_title(f"{lane_title(model, potentials, levels)}{strokes}", loc="left")
         if self._film:  # what is to come is faint
             veil = axes.axvspan(begin, end, facecolor=(1, 1, 1, 0.8), edgecolor="#3c3c3c", animated=True, zorder=5)
             self._updates[0].append(lambda time_s, _: veil.set_bounds(time_s, -1.0, end - begin, 3.0))
@@ -324,7 +350,7 @@ class Canvas:
 
 def _panel_title(kind: str) -> str:
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
-    titles = {"plan": "from above", CHANGE: "brighter (warm), darker (cool)"}
+    titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink", FLOW: "true flow since the frame before"}
     return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")
 
 
@@ -410,12 +436,21 @@ def moments(reel: Reel, count: int) -> list[float]:
 
 def strip(reel: Reel, out: Path, count: int = 6, size: tuple[int, int] | None = None) -> None:
     """Write a strip as a PNG file: pictures of ``count`` `moments`, and below them the traces with a line at each."""
-    kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.tracks)
-    size = size or (1800, round(kinds * 1800 / count * 0.8 + 150 + 200 * min(len(reel.values), 4)))
+    kinds = len(reel.eyes) + bool(reel.eyes) + bool(reel.flow) + bool(reel.tracks)
+    size = size or (1800, round(1.5 * kinds * 1800 / count * 0.8) + 60)
     times = moments(reel, count)
     picture = Canvas(reel, size, times).strip(times, list(reel.seen(times)))
     with replacing(out) as partial:
         partial.write_bytes(cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes())
+
+
+def _arrows(batch: pa.RecordBatch) -> dict[float, Floats]:
+    """Return both ends of a chunk's arrows, (N, 2, 2), by their time."""
+    both = [[np.array(ends or []).reshape(-1, 2) for ends in batch[f"Arrows2D:{name}"].to_pylist()]
+            for name in ("origins", "vectors")]  # fmt: skip
+    return {
+        time_s: np.stack([tails, tails + ways], 1) for time_s, tails, ways in zip(times_of(batch), *both, strict=True)
+    }
 
 
 def _flat(batch: pa.RecordBatch, column: str) -> Floats:

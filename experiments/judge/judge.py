@@ -113,7 +113,7 @@ def _on_robot(claim: Claim, rows: Rows, threshold: float) -> Outcome:
     fewest = outcome.fewest or min(map(len, group(rows, *beside, *CONDITION_COLUMNS).values()), default=0)
     if fewest < claim.least and not (outcome.verdict == "fails" and claim.of_each):
         why = f"needs at least {claim.least} trials of each condition (has {fewest})"
-        return replace(outcome.withheld(why), least=claim.least)
+        return outcome.withheld(why)
     return outcome
 
 

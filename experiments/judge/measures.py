@@ -97,27 +97,58 @@ def least_peak(rows: Rows) -> Number:
     return {"value": min(float(row["peak_hs"]) for row in crossings)}
 
 
-def mean_spikes(rows: Rows) -> Number:
-    """Compute the mean number of spikes over the trials of one condition, and its 95 % interval.
+def mean_of(rows: Rows, *, column: str, within: Sequence[float] = ()) -> Number:
+    """Compute the mean of a column over trials, and its 95 % interval.
 
     Parameters
     ----------
     rows
-        Of ``trials.parquet``, of one model and condition.
+        Of ``trials.parquet``, of one model; of spikes also of one condition.
+    column
+        What is averaged.
+    within
+        Its least possible value, and its largest.
 
     Returns
     -------
     Number
-        None of a model that does not spike, and where there is no trial.
+        None where no trial has a value, as spikes of a model that does not spike.
     """
-    spikes = [row["spikes"] for row in rows if row["spikes"] is not None]
-    if not spikes:
+    values = [row[column] for row in rows if row[column] is not None]
+    if not values:
         return {"value": None, "n": len(rows)}
-    score = summarise(spikes, 0.0)
+    score = summarise(values, *within)
     ends = {"ci_low": finite(score.low), "ci_high": finite(score.high)}
     return {"value": score.value, "n": len(rows), **ends}
 
 
+def gain_slope(rows: Rows) -> Number:
+    """Compute how the gain against the true flow changes with the stimulus's speed: a line by least squares.
+
+    Parameters
+    ----------
+    rows
+        Of ``trials.parquet``, of one model.
+
+    Returns
+    -------
+    Number
+        In 1/px per cm/s. None with fewer than two speeds.
+    """
+    pairs = [(row["speed_cm_s"], row["true_gain"]) for row in rows if row["true_gain"] is not None]
+    if len({speed for speed, _ in pairs}) < 2:
+        return {"value": None}
+    table = np.array(pairs, np.float64)
+    return {"value": float(np.polyfit(table[:, 0], table[:, 1], 1)[0])}
+
+
+def _with_robot(shown: Sequence[Any]) -> bool:
+    """Return whether what is shown are trials with the robot."""
+    return isinstance(shown[0], Condition)
+
+
+TRUE = "true-"
+"""Beginning of the measures whose trials need truth."""
 SPIKES = "spikes"
 """The measure that is one of each condition: the mean number of spikes in a trial."""
 
@@ -135,7 +166,14 @@ MEASURES: Mapping[str, Quantity] = {
     "peak-speed-potential": Quantity(partial(peak_speed, column="mean_hs_near_axis"), _crossings, "cm/s"),
     "peak-speed-count": Quantity(partial(peak_speed, column="spikes"), _crossings, "cm/s"),
     "peak-hs": Quantity(least_peak, _rightward),
-    SPIKES: Quantity(mean_spikes, lambda shown: isinstance(shown[0], Condition)),
+    SPIKES: Quantity(partial(mean_of, column="spikes", within=(0.0,)), _with_robot),
+    "true-r": Quantity(partial(mean_of, column="true_hs_flow_r", within=(-1.0, 1.0)), _with_robot),
+    "true-view-r": Quantity(partial(mean_of, column="true_hs_view_r", within=(-1.0, 1.0)), _with_robot),
+    "true-vs-r": Quantity(partial(mean_of, column="true_vs_flow_r", within=(-1.0, 1.0)), _with_robot),
+    "true-vs-view-r": Quantity(partial(mean_of, column="true_vs_view_r", within=(-1.0, 1.0)), _with_robot),
+    "true-sign": Quantity(partial(mean_of, column="true_sign", within=(0.0, 1.0)), _with_robot),
+    "true-gain": Quantity(partial(mean_of, column="true_gain"), _with_robot, "1/px"),
+    "true-gain-slope": Quantity(gain_slope, _with_robot, "1/px per cm/s"),
 }
 """Name after ``--measure`` -> what it is."""
 

@@ -90,16 +90,16 @@ class Test:
     p: float
     least: float = 0.0
 
-    @property
-    def p_text(self) -> str:
-        """The p value in words; that there is none where so few values cannot carry one."""
-        if self.least > LEVEL:
-            return "too few values for a p"
-        return "p < 0.0001" if self.p < 1e-4 else f"p = {self.p:.4f}"
-
     def __str__(self) -> str:
         """The effect size, p and the test's name."""
-        return f"{self.effect_name} {self.effect:+.2f}, {self.p_text} ({self.name})"
+        return f"{self.effect_name} {self.effect:+.2f}, {p_text(self.p, self.least)} ({self.name})"
+
+
+def p_text(p: float, least: float) -> str:
+    """Return a p value in words: where so few values cannot carry one, the ``least`` that they could reach."""
+    if least > LEVEL:
+        return f"too few for p < {least:.2g}"
+    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
 
 
 def summarise(values: Sequence[float], lowest: float = -math.inf, highest: float = math.inf) -> Score:
@@ -225,8 +225,12 @@ def paired(first: Sequence[float], second: Sequence[float]) -> Test:
         how, p = "exact", _share_beyond(_signed_sums(doubled), abs(seen))
     else:
         how, p = _drawn(_drawn_sums(doubled), abs(seen))
-    least = 2.0 ** (1 - difference.size)  # all differ one way
-    return Test(f"{name}, {how}", "rank-biserial", seen / whole, p, least)
+    return Test(f"{name}, {how}", "rank-biserial", seen / whole, p, least_of_pairs(difference.size))
+
+
+def least_of_pairs(n: int) -> float:
+    """Return the least p that signed ranks of so many pairs can reach: all differ one way."""
+    return 2.0 ** (1 - n)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

@@ -50,6 +50,12 @@ class Verdict:
     decisions: tuple[tuple[Judged, Check | None], ...] = ()
     title: str = ""
 
+    @property
+    def numbers(self) -> tuple[str, str]:
+        """The number that decided in the first replicate, and what the claim needs there; both empty without one."""
+        check = self.decisions[0][1] if self.decisions else None
+        return (check.says, check.bound_text) if check else ("", "")
+
 
 def verdict_of(
     claim: Claim, outcomes: Sequence[Outcome], *, random: bool = True, model: str = "", experiment: str = ""

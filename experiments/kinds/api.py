@@ -38,6 +38,8 @@ def run(
     pictures: str | os.PathLike[str] | None = None,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
+    truth: bool = False,
+    controls: bool = False,
     workers: int | None = None,
     cluster: str | None = None,
     quiet: bool = False,
@@ -73,6 +75,10 @@ def run(
         is missing is done.
     recordings
         Whether to write a Rerun recording of each trial.
+    truth
+        Whether frames and recordings have what truly moved in each pixel: see "Compare with true motion".
+    controls
+        Whether models see each trial again, as ``MODEL~frozen`` and so on: see "Is my model's response vision?".
     workers
         Number of worker processes; otherwise one for each core. 0: none, for debuggers.
     cluster
@@ -100,7 +106,8 @@ def run(
     found = registry.find(given)
     hand = found.conditions()[0].hand if isinstance(found, Experiment) and found.name == LIVE else None
     own = None if isinstance(given, str) or hand else found
-    options = {"eyes": eyes, "recordings": recordings, "pictures": pictures and os.fspath(pictures)}
+    options = {"eyes": eyes, "recordings": recordings, "truth": truth, "controls": controls,
+               "pictures": pictures and os.fspath(pictures)}  # fmt: skip
     asked = Asked(
         kind=found.kind, what=(given,) if isinstance(given, str) else (), models=tuple(model_texts(models)), only=only,
         values=by_key(settings), repeats=None if repeats is None else operator.index(repeats),
@@ -119,7 +126,7 @@ def _done(asked: Asked, call: str, out: str | os.PathLike[str] | None, pool: Wor
 
 
 def fit(
-    fit: str | Fit,
+    fit: Fit,
     *,
     seed: int = 0,
     out: str | os.PathLike[str] | None = None,
@@ -135,7 +142,7 @@ def fit(
     Parameters
     ----------
     fit
-        The fit, or the name of one that ships.
+        The claims, the trials and the box.
     seed
         Seed of the search, 0 or more. The seeds of the second judging and of the sample follow from it.
     out
@@ -167,8 +174,7 @@ def fit(
     >>> run = fit(Fit(threshold, over=("dsnn.t_sp=0.05..0.3",), trials=60))
     >>> print(*run.fitted["sentences"], sep="\\n")
     """
-    named, declared = ((fit,), None) if isinstance(fit, str) else ((), fit)
-    asked = Asked(kind="fit", what=named, declared=declared, seed=operator.index(seed))
+    asked = Asked(kind="fit", declared=fit, seed=operator.index(seed))
     return _done(asked, "experiments.fit", out, Workers(workers, cluster, quiet=quiet))
 
 
@@ -262,6 +268,7 @@ def watch(
     seconds: float | None = None,
     seed: int = 0,
     judge: bool = False,
+    controls: bool = False,
     out: str | os.PathLike[str] | None = None,
     recordings: bool = True,
     quiet: bool = False,
@@ -289,6 +296,8 @@ def watch(
         Seed of a stimulus's random draws.
     judge
         Whether to compute optical flow between frames, to grade the models and judge claim C12 by it.
+    controls
+        Whether models see it again, frozen, mirrored, reversed and shuffled. All frames stay in memory for that.
     out
         A new folder for the results; otherwise ``runs/watch-TIME``.
     recordings
@@ -314,7 +323,8 @@ def watch(
     >>> from experiments import watch
     >>> watch("street.mp4", models=["hybrid"]).summary
     """
-    options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings}
+    options = {"size": size, "fps": fps, "seconds": seconds, "judge": judge, "recordings": recordings,
+               "controls": controls}  # fmt: skip
     asked = Asked(
         kind="watch", what=(os.fspath(source),), models=tuple(model_texts(models)), only=only,
         values=by_key(settings), seed=seed, options=options,

@@ -17,6 +17,7 @@ from experiments.judge.judge import judge
 from experiments.judge.tests import summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
+from experiments.kinds.controlled import conclude_controls, show_controls
 from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import Run, load
@@ -24,14 +25,15 @@ from experiments.settings.models import shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import folder_pictures
 from experiments.settings.settings import check_counts, watchers
-from experiments.show.clips import TRIALS, ClipTrial, described_scenes, record, trials_of
+from experiments.show.clips import TRIALS, TRUE_FRAMES, ClipTrial, described_scenes, record, trials_of
+from experiments.show.controls import controls
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan
-from experiments.store.tables import PEAKS, TrialRecord
+from experiments.store.tables import PEAKS, TrialRecord, without_controls
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,7 +52,8 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     ----------
     asked
         What was asked for. Its options are ``pictures``, the folder of a user's own, shown in place of the scenes;
-        ``recordings`` and ``frames``, whether to keep these.
+        ``recordings`` and ``frames``, whether to keep these; ``truth``, whether frames have what truly moved;
+        ``controls``, whether models see each clip again as controls.
 
     Raises
     ------
@@ -68,7 +71,9 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     check_counts(asked.seed, repeats, f"{experiment.name}: repeats" if asked.repeats is None else "--repeats")
     models = shown_models(experiment.models, asked.models, asked.only)
     chosen = watchers(models, asked.values)
-    trials, changed = trials_of(experiment, chosen, repeats, asked.seed, pictures), differing(chosen, offline=True)
+    truth, changed = bool(asked.option("truth")), differing(chosen, offline=True)
+    again = controls if asked.option("controls") else None
+    trials = trials_of(experiment, chosen, repeats, asked.seed, pictures, truth=truth, controls=again)
     recordings = bool(asked.option("recordings", True)) and experiment.recorded
     random = any(clip.is_random for clip in experiment.clips)
     equal = f"nothing in {experiment.name} is random: its {repeats} repeats are equal"
@@ -88,7 +93,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     return Plan(
         asked, experiment.name, trials,
         partial(play_clip, recordings=recordings, frames=bool(asked.option("frames", True))), resolved,
-        (TRIALS, FRAMES), experiment, chosen, changed, "clips", random=random,
+        (TRIALS, TRUE_FRAMES if truth else FRAMES), experiment, chosen, changed, "clips", random=random,
         notes=(equal,) if repeats > 1 and not random else (),
     )  # fmt: skip
 
@@ -105,9 +110,10 @@ def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
     """Judge the claims of the clips in ``folder``, and write verdicts, summary and figure."""
     from experiments.draw import style  # not before: workers do without matplotlib
 
-    rows = folder.table("trials").to_dicts()
+    rows = without_controls(folder.table("trials")).to_dicts()
     folder.write_json("claims.json", stored.document(verdicts(plan, rows)))
     if rows:
+        conclude_controls(plan, folder, {trial.index: trial.way() for trial in plan.trials})
         folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
         style.save(load(folder.folder).figure(), folder.folder / "figure")
 
@@ -151,17 +157,20 @@ def draw(run: Run) -> Figure:
 
     declared = run.description["experiment"]
     title = clips.title(declared["name"], run.description["seed"], run.description.get("changed") or {})
-    return clips.draw(ClipFigure(**declared["figure"]), run.trials, run.frames, run.thresholds, title)
+    rows, frames = without_controls(run.trials), without_controls(run.frames)
+    return clips.draw(ClipFigure(**declared["figure"]), rows, frames, run.thresholds, title)
 
 
 def show(run: Run) -> None:
     """Print what a run comes to: peaks at the first seed, the verdicts, and where everything is."""
-    rows = run.trials.to_dicts()
+    table = without_controls(run.trials)
+    rows = table.to_dicts()
     if rows:
-        console.show(run.trials.filter(repeat=0).select("clip", "model", *PEAKS, "spikes"), "first seed")
+        console.show(table.filter(repeat=0).select("clip", "model", *PEAKS, "spikes"), "first seed")
     out_console.print()
     show_verdicts(run.verdicts)
     show_silent(rows)
+    show_controls(run)
     show_files(run.folder, count(len({row["trial"] for row in rows}), "clip"))
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import polars as pl
 
 from dsnn import CHANNELS
+from experiments.base.console import error_console
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.judge.tests import contrast, holm, paired
 from experiments.kinds.result import Run, load
@@ -76,6 +77,8 @@ def compare(
     parameters = pl.DataFrame(texts, dict.fromkeys(("parameter", "first", "second"), pl.String), orient="row")
     columns, kinds = (CLIP_COLUMNS, TRIALS) if one.kind == "clips" else (CONDITION_COLUMNS, TRIAL_SCHEMA)
     results = _results(one, other, columns) if one.kind in ("clips", "trials", "measured") else []
+    if not results:
+        error_console.print("no trial is in both runs: these share a model's label, and conditions and seeds of trials")
     return parameters, corrected(results, pl.Schema({name: kinds[name] for name in columns}) | TEST_COLUMNS)
 
 

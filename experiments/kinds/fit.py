@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from experiments.base.errors import UsageError, short
+from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.base.streams import stream
 from experiments.declare.outcome import together
@@ -24,9 +24,8 @@ from experiments.judge.count import Count, count
 from experiments.judge.sweep import MOST_SLACK, slack
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.kind import Kind
-from experiments.kinds.registry import shipped_study, typed
+from experiments.kinds.registry import typed
 from experiments.kinds.result import Run, load
-from experiments.kinds.tables import FITS
 from experiments.settings.grid import apart, take
 from experiments.settings.models import look_up
 from experiments.settings.settings import by_section, check_counts, schema_of
@@ -256,8 +255,8 @@ def plan(asked: Asked) -> Plan[Any]:
     Parameters
     ----------
     asked
-        What was asked for: a fit that ships, or experiments. Its options are ``over``, the box as ``KEY=A..B`` texts;
-        ``claims`` and ``replicates``; and ``trials``, ``share``, ``sample``, ``held_out`` and ``search_repeats``, as of
+        What was asked for: a fit, or experiments. Its options are ``over``, the box as ``KEY=A..B`` texts; ``claims``
+        and ``replicates``; and ``trials``, ``share``, ``sample``, ``held_out`` and ``search_repeats``, as of
         `experiments.Fit`.
 
     Raises
@@ -281,23 +280,14 @@ def plan(asked: Asked) -> Plan[Any]:
 
 
 def fit_of(asked: Asked) -> Fit:
-    """Return the fit that was asked for: as it was given, one that ships, or experiments with a box."""
+    """Return the fit that was asked for: as it was given, or experiments with a box."""
     numbers = {name: asked.option(name) for name in ("trials", "share", "sample", "held_out", "search_repeats")}
     given = {name: value for name, value in numbers.items() if value is not None}
     if asked.declared is not None:
-        if not isinstance(asked.declared, Fit):
-            raise UsageError(
-                f"fit must be an experiments.Fit, or the name of one that ships, got {short(asked.declared)}"
-            )
-        return replace(asked.declared, **given)
+        declared: Fit = asked.declared
+        return replace(declared, **given)
     if not asked.what:
         raise UsageError("a script gave it a fit of its own: run the script")
-    if asked.what[0] in FITS:
-        settled = {"over", "claims", "replicates"} & {name for name, value in asked.options.items() if value}
-        if settled or asked.values or asked.models:
-            raise UsageError(f"{asked.what[0]}: its box, claims, model, settings and replicates are in its file")
-        known: Fit = shipped_study(asked.what[0])
-        return replace(known, **given)
     name = f"fit-{'-'.join(Path(one).stem for one in asked.what)}"
     study = typed(
         ",".join(asked.what), name=name, claims=asked.option("claims"), models=asked.models or None,

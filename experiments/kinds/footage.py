@@ -24,7 +24,9 @@ from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import motion, stored
+from experiments.judge.controls import numbers
 from experiments.judge.motion import GRADES, grades, near_miss
+from experiments.kinds.controlled import show_controls
 from experiments.kinds.kind import Kind
 from experiments.kinds.result import Run
 from experiments.kinds.tables import CLAIMS, shipped
@@ -32,6 +34,7 @@ from experiments.settings.models import ConfiguredModel, rate_notes, shown_model
 from experiments.settings.parameters import differing
 from experiments.settings.settings import check_counts, in_sections, watchers
 from experiments.show.clips import open_clip, recorded
+from experiments.show.controls import controls
 from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
 from experiments.store import provenance
@@ -39,7 +42,7 @@ from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS, begun, read_description
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, print_notes
-from experiments.store.tables import COUNTS, PEAKS, TrialRecord
+from experiments.store.tables import COUNTS, PEAKS, TrialRecord, without_controls
 from experiments.store.workers import Workers
 
 if TYPE_CHECKING:
@@ -70,8 +73,8 @@ def plan(asked: Asked) -> Plan[Trial]:
     ----------
     asked
         What was asked for: a video, the index of a camera as a text, a folder of pictures or a stimulus. Its options
-        are ``size``, ``fps``, ``seconds``, ``jitter_px``, ``judge`` and ``recordings``, as `watch` has them. Whether a
-        viewer opens is ``live`` in the plan.
+        are ``size``, ``fps``, ``seconds``, ``jitter_px``, ``judge``, ``controls`` and ``recordings``, as `watch` has
+        them. Whether a viewer opens is ``live`` in the plan.
 
     Raises
     ------
@@ -97,7 +100,7 @@ def plan(asked: Asked) -> Plan[Trial]:
         stimulus=stimulus,
     )  # fmt: skip
     chosen = watchers(labels, asked.values, {entry.name: entry.params} if entry else {}, asked.option("fps"))
-    trial = Trial("watch", 0, 0, seed, source, chosen)
+    trial = Trial("watch", 0, 0, seed, source, chosen, controls=controls if asked.option("controls") else None)
     shown = {"stimulus": stimulus.stimulus.params, "jitter_px": jitter_px} if stimulus else {}
     files, changed = [source.name] if clip and is_own(source.name) else [], differing(chosen, offline=True)
     resolved = {
@@ -259,7 +262,8 @@ def graded(plan: Plan[Trial], done: TrialRecord) -> TrialRecord:
     """Add each model's grades against the optical flow to its row; they are null where no flow was computed."""
     frames = done.frames.partition_by("model", as_dict=True)
     levels = {model.label: model.thresholds.get("hs") for model in plan.models}
-    rows = [{**row, **(grades(frames[row["model"],], levels[row["model"]]) if plan.declared.flow else NO_GRADES)}
+    rows = [{**row, **(grades(frames[row["model"],], levels[row["model"]])
+                       if plan.declared.flow and row["model"] in levels else NO_GRADES)}
             for row in done.rows]  # fmt: skip
     return replace(done, rows=tuple(rows))
 
@@ -269,7 +273,8 @@ def graded(plan: Plan[Trial], done: TrialRecord) -> TrialRecord:
 
 def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
     """Write the intervals of motion, the verdicts, and what to know of the source."""
-    source, models, frames = plan.declared, plan.models, folder.table("frames")
+    source, models, every = plan.declared, plan.models, folder.table("frames")
+    frames = without_controls(every)
     one = frames.filter(pl.col("model") == frames["model"][0]) if frames.height else frames
     time_s = one["time_s"].to_numpy()
     early = source.ended_early(len(time_s), float(time_s[-1])) if len(time_s) else ""
@@ -279,6 +284,8 @@ def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
     judged = shipped(CLAIMS["footage"]).verdicts(frames, models, "watch") if source.flow else []
     folder.write_text("summary.csv", found.write_csv())
     folder.write_json("claims.json", stored.document(judged))
+    if every.height > frames.height:
+        folder.write_rows("controls.csv", numbers(every, models))
     folder.write_json(NAME, {**read_description(folder.folder), NOTES: notes, EARLY: bool(early),
                              STOPPED: source.stopped})  # fmt: skip
     folder.flush()
@@ -302,13 +309,14 @@ def show(run: Run) -> None:
         return
     if run.summary.height:
         console.show(run.summary, "motion over T")
-    for model in sorted({*run.trials["model"]} - {*run.summary["model"]}):
+    for model in sorted({*without_controls(run.trials)["model"]} - {*run.summary["model"]}):
         if near := near_miss(run.frames.filter(model=model), run.description[THRESHOLDS][model]):
             console.out_console.print(f"{model}: {near}\n  {TRY}")
     console.show(run.trials.head(1).select("source", "width", "height", "fps", "frames", "seconds"), "as models saw it")
     console.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
     if run.description["judged"]:
         console.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
+    show_controls(run)
     show_verdicts(run.verdicts, model=len(run.models) > 1)
     show_files(run.folder, console.count(run.trials["frames"][0], "frame"))
 

@@ -35,15 +35,15 @@ from experiments.robot.logs import (
     logged,
     read,
 )
-from experiments.settings.models import look_up, parse_model
+from experiments.settings.models import EYE, look_up, parse_model
 from experiments.settings.settings import configure
 from experiments.show.play import play
-from experiments.show.robot import MARK, TRUE
+from experiments.show.robot import TRUE
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 from experiments.store.asked import Asked
 from experiments.store.plan import Plan
 from experiments.store.recordings import pictures, write_pictures
-from experiments.store.tables import COLUMN, TrialRecord
+from experiments.store.tables import COLUMN, TrialRecord, without_controls
 
 MEASURED_SCHEMA = TRIAL_SCHEMA | pl.Schema({COLUMN: str})
 SHOWN_FRAMES = "@frames"
@@ -174,7 +174,7 @@ def write(recorded: Run, out: Path) -> None:
     if recorded.kind != "trials":
         raise UsageError(f"{recorded.folder}: a log is of simulated trials with the robot, not of {recorded.kind}")
     conditions = recorded.trials.select("trial", "model", *CONDITION_COLUMNS)
-    conditions = conditions.filter(~pl.col("model").str.ends_with(f"{MARK}{TRUE}"))
+    conditions = without_controls(conditions.filter(~pl.col("model").str.ends_with(f"{EYE}{TRUE}")))
     table = recorded.frames.join(conditions, on=["trial", "model"], how="inner", maintain_order="left")
     table = table.with_columns(pl.lit(SIMULATION).alias("origin"))
     there = [name for name in SCHEMA if table[name].null_count() < table.height]

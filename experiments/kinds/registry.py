@@ -16,7 +16,7 @@ from experiments.declare.clip import OfflineExperiment
 from experiments.declare.conditions import Hand
 from experiments.declare.experiment import Experiment, visit
 from experiments.declare.study import Study, tuple_of
-from experiments.kinds.tables import CLAIMS, EXPERIMENTS, FITS, NAMES, OFFLINE, STUDIES, shipped
+from experiments.kinds.tables import CLAIMS, EXPERIMENTS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.settings.models import ConfiguredModel, named_model
 from experiments.store.asked import Asked
 from scenes import is_arena_file
@@ -111,10 +111,9 @@ def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
 
 
 def shipped_study(name: str) -> Any:
-    """Return the study or the fit that ships under a name; `UsageError` where there is none."""
-    places = {**STUDIES, **FITS}
-    check_known("study or fit", name, places)
-    return shipped(places[name])
+    """Return the study that ships under a name; `UsageError` where there is none."""
+    check_known("study", name, STUDIES)
+    return shipped(STUDIES[name])
 
 
 def called(name: str) -> Study | None:

@@ -20,6 +20,7 @@ from experiments.base.files import NAME
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import WHOLE
 from experiments.judge import stored
+from experiments.judge.controls import COLUMNS as CONTROL_COLUMNS
 from experiments.judge.tests import SUMMARY
 from experiments.judge.verdict import Verdict
 from experiments.kinds.tables import KINDS, kind_of
@@ -30,7 +31,7 @@ from experiments.store import provenance
 from experiments.store.description import BEGUN, KIND, THRESHOLDS, begun, read_description
 from experiments.store.folder import has_tables, read_table
 from experiments.store.recordings import recordings_in
-from experiments.store.tables import FAILURE, columns_of, table
+from experiments.store.tables import FAILURE, columns_of, table, without_controls
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +42,7 @@ COMPARISONS = columns_of(Condition) | {
     "model": str, "against": str, "n": int, "mean_difference": float, "rank_biserial": float, "test": str, "p": float,
     "p_holm": float,
 }  # fmt: skip
-NUMBERS = SUMMARY | COMPARISONS | {"low": float, "high": float}
+NUMBERS = SUMMARY | COMPARISONS | CONTROL_COLUMNS | {"low": float, "high": float}
 """Types of columns that can be empty in every row of a CSV file."""
 CLAIM_COLUMNS: dict[str, Any] = {
     "id": str, "model": str, "word": str, "count": str, "holds": int, "fails": int, "unjudged": int, "random": bool,
@@ -121,6 +122,18 @@ class Run:
         return self._csv("comparisons.csv")
 
     @cached_property
+    def controls(self) -> pl.DataFrame:
+        """Of a run with controls, a row per model and kind of response, as ``controls.csv`` has it; else no rows.
+
+        ``response``: ``direction`` or ``looming``, of footage the channel; ``word``: ``sees``, ``wrong sign``,
+        ``not judged`` or ``blind``, and ``says`` why; ``n`` pairs; ``shown``, ``frozen``, ``absent``, ``mirrored``,
+        ``reversed`` and ``shuffled``: means over the trials; ``p``: the largest of its tests after Holm;
+        ``detectable``: the difference that these pairs would show in 80 % of such runs.
+        """
+        there = (self.folder / "controls.csv").is_file()
+        return self._csv("controls.csv") if there else table([], CONTROL_COLUMNS)
+
+    @cached_property
     def anew(self) -> pl.DataFrame:
         """Of a fit, the settings judged again, a row for each and each claim, the winner's first."""
         return self._csv("anew.csv")
@@ -147,7 +160,8 @@ class Run:
         }
         if WHOLE not in networks or self.description["experiment"]["figure"] != "excitation":
             return pl.DataFrame()
-        return excitation.table(self.trials.to_dicts(), self.frames, float(networks[WHOLE]["w_i"]))
+        rows, frames = without_controls(self.trials).to_dicts(), without_controls(self.frames)
+        return excitation.table(rows, frames, float(networks[WHOLE]["w_i"]))
 
     @cached_property
     def claims(self) -> pl.DataFrame:
@@ -437,7 +451,7 @@ def _claim_row(verdict: Verdict) -> dict[str, Any]:
 
 def whole_networks(run: Run) -> list[dict[str, Any]]:
     """Return the rows of a run's trials without models that are parts of another; none where all trials failed."""
-    rows = run.trials.to_dicts() if run.done else []
+    rows = without_controls(run.trials).to_dicts() if run.done else []
     return without_parts(rows) if run.description["experiment"]["figure"] == "excitation" else rows
 
 

@@ -27,7 +27,7 @@ from experiments.kinds.tables import PLANS, STUDIES, shipped
 from experiments.show import clips
 from experiments.show.play import FRAMES, Trial, tabulate
 from experiments.show.play import show as shown_to
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_TRIALS
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, filled
@@ -101,12 +101,13 @@ def of_checked(sweep: Sweep, asked: Asked, probe: Probe | None = None) -> Plan[A
     (`experiments.show.play.Showing` of each eye), a function of a module as it is pickled; and their types.
     """
     on_clips = isinstance(sweep.specs[0].condition, Clip)
+    robot = TRUE_TRIALS if sweep.specs[0].truth else TRIAL_SCHEMA
     done: Any = partial(play_clip, frames=False) if on_clips else trials.play_trial
     return Plan(
         asked, sweep.study.name, sweep.specs, partial(_probed, columns=probe[0]) if probe else done,
         {**sweep.resolved, "experiment": sweep.study.name},
         (clips.TRIALS, FRAMES) if on_clips
-        else (TRIAL_SCHEMA | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
+        else (robot | pl.Schema(probe[1] if probe else {}), FRAME_SCHEMA),
         sweep, parameters=sweep.parameters, things="clips" if on_clips else "trials",
         notes=(SAME,) if sweep.fixed else (),
     )  # fmt: skip

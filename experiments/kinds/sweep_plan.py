@@ -69,7 +69,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
     values = _applying(study.assignments, sections(declared, models))
     asked = Asked(kind="trials", values=values, repeats=study.repeats, seed=seed)
     whole, settings, repeats = trials.checked(declared, models, asked)
-    number = len(whole.conditions()) * repeats
+    number, truth = len(whole.conditions()) * repeats, any(name.startswith(measuring.TRUE) for name in study.measures)
     resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
 
     def render(over: Mapping[str, str]) -> Any:
@@ -77,7 +77,8 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
         experiment, moved, _ = trials.checked(declared, models, point)
 
         def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
-            found = trials_of(experiment, dataclasses.replace(moved, models=shown), repeats, seed + replicate)
+            seen = dataclasses.replace(moved, models=shown)
+            found = trials_of(experiment, seen, repeats, seed + replicate, truth=truth)
             return [dataclasses.replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
 
         return experiment.conditions(), specs, is_random(moved)

@@ -63,7 +63,6 @@ STUDIES: Mapping[str, str] = {
     "why": "experiments.paper.studies.why:STUDY",
     "plausible": "experiments.paper.studies.plausible:STUDY",
     "plausible-pilot": "experiments.paper.studies.plausible:PILOT",
-    "fitted-feedback": "experiments.paper.studies.robot:FITTED_FEEDBACK",
     "detectors": "experiments.paper.studies.detectors:STUDY",
     "onboard": "experiments.paper.studies.onboard:STUDY",
     "sensitivity": "experiments.paper.studies.robot:SENSITIVITY",
@@ -78,14 +77,6 @@ PLANS: Mapping[str, str] = {
     "studies": "experiments.paper.studies.plans:PLANS",
 }
 """What plans the studies of which a `Study` does not say all: study -> function of it and of what was asked."""
-
-FITS: Mapping[str, str] = {
-    "fit-eye": "experiments.paper.studies.robot:FIT_EYE",
-    "fit-ideal": "experiments.paper.studies.robot:FIT_IDEAL",
-    "fit-clips": "experiments.paper.studies.clips:FIT",
-}
-"""Fit -> its declaration: claims, and a box of what the paper and the data sheets leave open."""
-
 
 BOARDS: Mapping[str, str] = {
     "reproduction": "experiments.paper.reproduce",

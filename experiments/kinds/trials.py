@@ -19,27 +19,29 @@ from experiments.declare.experiment import Experiment
 from experiments.draw.terminal import show_silent, show_verdicts
 from experiments.judge import stored
 from experiments.judge.judge import flaws, judge
-from experiments.judge.tests import summary_rows
+from experiments.judge.tests import least_of_pairs, p_text, summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
+from experiments.kinds.controlled import conclude_controls, show_controls
 from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import find_claim
 from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
-from experiments.settings.models import shown_models
+from experiments.settings.models import EYE, shown_models
 from experiments.settings.parameters import Parameters
 from experiments.settings.pictures import Pictures, digests, folder_pictures
 from experiments.settings.settings import Settings, changes, check_counts, configure
 from experiments.show import course
+from experiments.show.controls import controls
 from experiments.show.play import play
-from experiments.show.robot import MARK, TRUE, RobotTrial, camera, is_random, trials_of
-from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, drawable, varying
+from experiments.show.robot import TRUE, RobotTrial, camera, is_random, trials_of
+from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, TRUE_TRIALS, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.description import THRESHOLDS
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan
-from experiments.store.tables import RESPONSES, TrialRecord, drawn_here
+from experiments.store.tables import RESPONSES, TrialRecord, drawn_here, without_controls
 from scenes import arena_name
 
 if TYPE_CHECKING:
@@ -69,7 +71,8 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     asked
         What was asked for. Its options are ``eyes``, ``one`` or ``both``: each model sees through the model of the
         robot's eye too; ``pictures``, the folder of a user's own, of which the arena's wall has the first;
-        ``recordings`` and ``frames``, whether to keep these.
+        ``recordings`` and ``frames``, whether to keep these; ``truth``, whether frames have what truly moved;
+        ``controls``, whether models see each trial again as controls.
 
     Returns
     -------
@@ -88,12 +91,15 @@ def plan(asked: Asked) -> Plan[RobotTrial]:
     models = shown_models(experiment.models, asked.models, asked.only)
     whole, settings, repeats = checked(experiment, models, asked, pictures)
     settings = both_eyes(settings) if eyes == "both" else settings
-    trials, recordings = trials_of(whole, settings, repeats, asked.seed), bool(asked.option("recordings", True))
+    truth, recordings = bool(asked.option("truth")), bool(asked.option("recordings", True))
+    again = controls if asked.option("controls") else None
+    trials = trials_of(whole, settings, repeats, asked.seed, truth=truth, controls=again)
+    tables = (TRUE_TRIALS, TRUE_FRAMES) if truth else (TRIAL_SCHEMA, FRAME_SCHEMA)
     resolved, changed = resolve(asked, experiment, whole, settings, repeats, len(trials), pictures)
     done = partial(play_trial, recordings=recordings, frames=bool(asked.option("frames", True)))
     return Plan(
-        asked, whole.name, trials, done, {**resolved, "recordings": recordings}, (TRIAL_SCHEMA, FRAME_SCHEMA), whole,
-        settings.models, changed, random=is_random(settings),
+        asked, whole.name, trials, done, {**resolved, "recordings": recordings}, tables, whole, settings.models,
+        changed, random=is_random(settings),
     )  # fmt: skip
 
 
@@ -139,7 +145,7 @@ def both_eyes(settings: Settings) -> Settings:
         ) from None
     if eye == settings.camera:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
-    more = tuple(dataclasses.replace(model, label=f"{model.label}{MARK}{TRUE}") for model in settings.models)
+    more = tuple(dataclasses.replace(model, label=f"{model.label}{EYE}{TRUE}") for model in settings.models)
     return dataclasses.replace(settings, models=(*settings.models, *more))
 
 
@@ -197,11 +203,12 @@ def resolve(
 def conclude(plan: Plan[Any], folder: RunFolder) -> None:
     """Judge the claims of the trials in ``folder``, and write verdicts, summary, tests between models and figure."""
     experiment, models = plan.declared, plan.models
-    rows = folder.table("trials").to_dicts()
+    rows = without_controls(folder.table("trials")).to_dicts()
     folder.write_json("claims.json", stored.document(_verdicts(plan, rows, folder.failures())))
     run = load(folder.folder)
     if not rows:
         return
+    conclude_controls(plan, folder, ways(rows))
     from experiments.draw import style  # not before: workers do without matplotlib
 
     whole = whole_networks(run)
@@ -211,6 +218,12 @@ def conclude(plan: Plan[Any], folder: RunFolder) -> None:
     if run.excitations.height:
         folder.write_rows("excitation.csv", run.excitations.to_dicts())
     style.save(run.figure(), folder.folder / "figure")
+
+
+def ways(rows: Sequence[Any]) -> dict[int, str]:
+    """Return what a stimulus did in each trial, in the words of clips: a direction, ``looming`` or ``receding``."""
+    depth = {"approach": "looming", "recession": "receding"}
+    return {row["trial"]: depth.get(row["motion"], row["direction"]) for row in rows}
 
 
 def _verdicts(plan: Plan[Any], rows: Sequence[Any], failures: Sequence[Any]) -> list[Verdict]:
@@ -264,11 +277,11 @@ def draw(run: Run) -> Figure:
     """Draw the figure of a run of trials, from its folder alone."""
     from experiments.draw import robot  # not before: matplotlib takes its time to load
 
-    described, rows = run.description, run.trials.to_dicts()
+    described, rows, frames = run.description, without_controls(run.trials).to_dicts(), without_controls(run.frames)
     declared, settings = described["experiment"], described["settings"]
     title = robot.title(declared["name"], arena_name(settings["scene"]["arena"]), rows, described.get("changed") or {},
                         open_loop=settings["robot"]["open_loop"])  # fmt: skip
-    return robot.draw(drawable(declared["figure"], rows), rows, run.frames, declared["varies"],
+    return robot.draw(drawable(declared["figure"], rows), rows, frames, declared["varies"],
                       run.thresholds, title, run.excitations)  # fmt: skip
 
 
@@ -293,8 +306,13 @@ def show(run: Run) -> None:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
         title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
-        console.show(run.comparisons.select(columns), title)
-    if rows and (beware := flaws(run.trials.to_dicts())):
+        words = [p_text(p, least_of_pairs(n)) for p, n in run.comparisons.select("p_holm", "n").rows()]
+        difference = pl.col("mean_difference").round(3) + 0.0  # a difference below a thousandth is 0, and 0 has no sign
+        console.show(run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words)), title)
+    elif rows and len(models) > 1:
+        out_console.print("\nmodels are not compared: fewer than two of them spiked or were silent in the same trial")
+    show_controls(run)
+    if rows and (beware := flaws(without_controls(run.trials).to_dicts())):
         out_console.print(f"\nbeware: {beware}", style="red")
     show_files(run.folder, count(len({row["trial"] for row in rows}), "trial"))
 
@@ -311,7 +329,7 @@ def _table(run: Run, models: set[str], varies: Sequence[str]) -> pl.DataFrame:
 
 def words(run: Run) -> str:
     """Say what a run shows, and what its robots did not do as planned."""
-    problems = flaws(run.trials.to_dicts()) if run.done else ""
+    problems = flaws(without_controls(run.trials).to_dicts()) if run.done else ""
     return f"{run.description['experiment']['summary']}.{f' Beware: {problems}.' if problems else ''}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
 from collections.abc import Mapping
@@ -20,17 +21,17 @@ from colias_sim import Pose, Simulation
 from colias_sim.config import CameraConfig
 from dsnn import Response
 from dsnn.model import SPIKING
-from experiments.base.palette import colours
+from experiments.base import palette
 from experiments.live.session import ROBOTS, Session
 from scenes import ARENA_RADIUS_CM
 
 SHOWN_FRAMES = 180
 """Frames of the running traces."""
-GREY = "#8c8c8c"
-DASHES: dict[str, list[float]] = {"hs": [], "vs": [6, 4], "looming": [2, 3]}
+DASHES: tuple[list[float], ...] = ([], [6, 4], [2, 3], [10, 3, 2, 3])
+"""Lines of the models, which share both plots."""
 CM = 100.0
 """Units of the page for each of the simulation."""
-EYE, FLOOR = (17, 55, 177), (196, 200, 206)
+EYE, FLOOR = palette.rgb(palette.OBSERVER), (196, 200, 206)
 Floats = npt.NDArray[np.float64]
 
 
@@ -51,13 +52,13 @@ class Traces:
         channels = [(one.label, name) for one in session.runners for name in one.chosen.channels]
         blank = [0.0] * SHOWN_FRAMES
         self._traces = [
-            {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in DASHES},
+            {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in palette.CHANNELS},
             {place: deque(blank, SHOWN_FRAMES) for place in channels if place[1] in SPIKING},
         ]
         self._limits = self._thresholds()
         scales = {"x": uplot.Scale(time=False, range=(float(self._x[0]), 0.0)), "y": uplot.Scale()}
         looks: dict[str, Any] = {"scales": scales, "legend": uplot.Legend(live=False), "padding": (12, 16, 0, 0)}
-        grey, untimed = uplot.Axis(stroke=GREY), uplot.Axis(show=False)  # the lower plot has the time axis of both
+        grey, untimed = uplot.Axis(stroke=palette.THRESHOLD), uplot.Axis(show=False)  # the lower has the time axis
         self._plots = [
             gui.add_uplot(curves, series, height=height, axes=axes, **looks)
             for curves, series, height, axes in zip(
@@ -71,16 +72,17 @@ class Traces:
         return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
 
     def _series(self) -> list[tuple[uplot.Series, ...]]:
-        tints = colours(runner.label for runner in self._session.runners)
+        dashes = dict(zip((runner.label for runner in self._session.runners), itertools.cycle(DASHES), strict=False))
         x, lines, counts = uplot.Series(label="s"), *(
             [
-                uplot.Series(label=f"{label} {name.upper()}{what}", stroke=tints[label], width=2, dash=DASHES[name])
+                uplot.Series(label=f"{label} {palette.TITLES[name]}{what}", stroke=palette.CHANNELS[name], width=2,
+                             dash=dashes[label])
                 for label, name in traces
             ]
             for traces, what in zip(self._traces, ("", " spikes"), strict=True)
         )  # fmt: skip
         limits = [
-            uplot.Series(label=f"T = {limit:g}" if limit > 0 else "-T", stroke=GREY, width=1, dash=[3, 3])
+            uplot.Series(label=f"T = {limit:g}" if limit > 0 else "-T", stroke=palette.THRESHOLD, width=1, dash=[3, 3])
             for limit in self._limits
         ]
         return [(x, *lines, *limits), (x, *counts)]

@@ -79,7 +79,7 @@ class ProportionalIntegral:
 
 
 OPTOMOTOR_GAINS, FIXATION_GAINS = (1.0, 16.0), (4.0, 0.0)
-"""Proportional and integral gains (1, 1/s), by the search that docs/results.md describes, at seeds 2000 to 2003."""
+"""Proportional and integral gains (1, 1/s), by the search in docs/results/behaviours.md, at seeds 2000 to 2003."""
 
 
 class Saccades:

@@ -33,12 +33,13 @@ from experiments.kinds.kind import Kind
 from experiments.kinds.result import Run
 from experiments.paper.claims.clips import answer
 from experiments.paper.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
-from experiments.settings.models import COMPARED, ConfiguredModel, shown_models
+from experiments.settings.models import COMPARED, ConfiguredModel, parse_label, shown_models
 from experiments.settings.settings import watchers
 from experiments.show.timing import time_models
 from experiments.store.asked import Asked
 from experiments.store.description import begin_whole
 from experiments.store.plan import Plan, filled
+from experiments.store.tables import without_controls
 from experiments.store.workers import Workers
 
 if TYPE_CHECKING:
@@ -64,13 +65,16 @@ LABELS = {
     "contact_light_s": "time to contact, light (s)",
     "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
     "alarms_background": "false alarms, background (1/min)",
-    "us_99x72": "time per frame of 99x72 (µs)", "us_320x180": "time per frame of 320x180 (µs)",
+    "gain": "gain over the best control (score)",
+    "us_99x72": "µs per frame of 99x72 (logarithmic)", "us_320x180": "µs per frame of 320x180 (logarithmic)",
 }  # fmt: skip
 """Measure -> its words in a figure."""
 CHANCE = {"direction_": 0.25, "auc_": 0.5}
 """Beginning of a measure -> what guessing gets."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
+RIVALS = ("frozen", "absent", "reversed")
+"""The controls that a model's score is held against: a looming potential has no sign that a mirror turns."""
 NOTE = (
     "Next to a score: its 95 % interval, with the repeats of a condition as one cluster; of a time to contact,"
     " the median over l/v, the smallest and the largest."
@@ -192,7 +196,8 @@ def plan(asked: Asked) -> Plan[Any]:
     Parameters
     ----------
     asked
-        What was asked for: models, and repeats of all that is random, otherwise `REPEATS`.
+        What was asked for: models, and repeats of all that is random, otherwise `REPEATS`. Its option ``controls`` is
+        whether models see everything again as controls.
 
     Raises
     ------
@@ -200,9 +205,10 @@ def plan(asked: Asked) -> Plan[Any]:
         Something cannot be run.
     """
     models = shown_models(COMPARED, asked.models, asked.only)
-    shown: dict[str, Any] = {"only": True, "seed": asked.seed, "options": {"recordings": False}}
+    kept = {"recordings": False, **asked.options}
+    shown: dict[str, Any] = {"only": True, "seed": asked.seed, "options": kept}
     repeats = REPEATS if asked.repeats is None else asked.repeats
-    bare = {**shown, "options": {"recordings": False, "frames": False}}
+    bare = {**shown, "options": {**kept, "frames": False}}
     robot = Asked(kind="trials", declared=ROBOT, models=tuple(models), repeats=repeats, **bare)
     channels = {text: {*watchers((text,))[0].channels} for text in models}
     boards = {
@@ -329,24 +335,40 @@ def rank(
     -------
     dict
         Board -> its table, the best model on top. Each measure has the columns ``NAME``, ``NAME_low``, ``NAME_high``
-        (the ends of its 95 % interval) and ``NAME_n``; null where it does not apply.
+        (the ends of its 95 % interval) and ``NAME_n``; null where it does not apply. Where there are controls,
+        ``gain`` is the score by which models are ranked, less the best of `RIVALS`; it has no interval.
     """
     boards = {}
+    controlled = any(without_controls(table).height < table.height for table in responses.values())
     for board, scores in {DIRECTION: direction_scores, LOOMING: looming_scores}.items():
         rows = []
         for model in models.get(board, ()):
             # A model that only reports where motion is has no potential to score.
-            label = model.label if model.counted else None
-            own = (responses[part].filter(pl.col("model") == label) for part in (ROBOT.name, board))
+            labels = [parse_label(model.label).controlled(name) for name in RIVALS]
+            found, *rivals = (
+                scores(*(responses[part].filter(pl.col("model") == label) for part in (ROBOT.name, board)))
+                for label in ((model.label, *labels) if model.counted else (None,))
+            )
             rounds = {name: us for name in TIMES if (us := times.get(name, {}).get(model.label))}
             timed = {name: Score(float(np.median(us)), *median_interval(us), len(us)) for name, us in rounds.items()}
-            rows.append({"model": model.label, **_columns({**scores(*own), **dict.fromkeys(TIMES), **timed})})
+            gain = {"gain": _gain(found, rivals, board)} if controlled else {}
+            rows.append({"model": model.label, **_columns({**found, **gain, **dict.fromkeys(TIMES), **timed})})
         if rows:
             types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in rows[0] if name != "model"}
             table = pl.DataFrame(rows, {"model": pl.String, **types})
             order = [_mean(table, start) for start in RANKED_BY[board]]
             boards[board] = table.sort(*order, "model", descending=[True, True, False], nulls_last=True)
     return boards
+
+
+def _gain(own: Mapping[str, Score | None], rivals: Sequence[Mapping[str, Score | None]], board: str) -> Score | None:
+    """Return how far the mean score of a model is above that of its best control; ``None`` where one has none."""
+    known = [[score.value for name, score in one.items() if name.startswith(RANKED_BY[board][0]) and score]
+             for one in (own, *rivals)]  # fmt: skip
+    if len(known) < 2 or not all(known):
+        return None
+    mean, *others = (float(np.mean(values)) for values in known)
+    return Score(mean - max(others), math.nan, math.nan, len(known[0]))
 
 
 def _mean(table: pl.DataFrame, start: str) -> pl.Expr:
@@ -362,8 +384,8 @@ def finding(board: str, table: pl.DataFrame) -> str:
     score = f"mean {'AUC' if board == LOOMING else 'direction accuracy'}"
     if (first := scores.count(scores[0])) > 1:
         return f"{first} of {len(scores)} models share the best {score}, {scores[0]:.2f}"
-    rank = f"ranks first of {len(scores)} models by {board}, with" if len(scores) > 1 else "has"
-    return f"{table['model'][0]} {rank} a {score} of {scores[0]:.2f}"
+    rank = f"ranks first of {len(scores)} models:" if len(scores) > 1 else "has a"
+    return f"{table['model'][0]} {rank} {score} {scores[0]:.2f}"
 
 
 def measures(table: pl.DataFrame) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from experiments.base import palette
 from experiments.base.files import Files
 from experiments.base.templates import render
 from experiments.declare.claim import texts
@@ -16,6 +17,7 @@ from experiments.declare.outcome import REASONS
 from experiments.declare.study import WHOLE
 from experiments.draw import style
 from experiments.draw.robot import PAPER, panels
+from experiments.draw.terminal import SIGNS, is_unshown, not_run, seen_as
 from experiments.judge import stored
 from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, State
 from experiments.judge.verdict import Verdict
@@ -33,15 +35,10 @@ MEANINGS: Mapping[State, str] = MappingProxyType({
     "holds": f"it holds in at least {HOLDS_FROM:.0%} of replicates, by the exact 95 % interval; or nothing is random",
     "sometimes": "it holds in some replicates, and neither in most nor in few by that interval",
     "fails": f"it holds in at most {FAILS_TO:.0%} of replicates, by the exact 95 % interval; or nothing is random",
-    "counted": f"k of n: it held in k of n replicates; below {LEAST_JUDGED} that could be judged there is no word",
+    "counted": f"it held in k of n replicates: the sign tells all, some or none; below {LEAST_JUDGED} there is no word",
     "unjudged": "not judged in any replicate, with the reason",
 })  # fmt: skip
 """State -> what it means."""
-SIGNS: Mapping[State, str] = MappingProxyType({
-    "holds": "\N{CHECK MARK}", "sometimes": "~", "fails": "\N{MULTIPLICATION X}", "counted": "#",
-    "unjudged": "\N{EN DASH}",
-})  # fmt: skip
-"""State -> the sign that stands before it: colour alone tells no verdict."""
 PHRASES: Mapping[State, tuple[str, str]] = MappingProxyType({
     "holds": ("holds", "hold"), "sometimes": ("holds in some", "hold in some"), "fails": ("fails", "fail"),
     "unjudged": ("is not judged", "are not judged"),
@@ -81,13 +78,13 @@ def report(folder: Path, design: Mapping[str, Any], runs: Sequence[Run]) -> str:
     return render(
         "paper/page.html.j2",
         summary=[text.partition(":")[0] for text in totals([(claim.id, claim.count) for claim in verdicts])],
-        scale=design["scale"], seed=design["seed"], whole=WHOLE,
+        unshown=not_run(verdicts), scale=design["scale"], seed=design["seed"], whole=WHOLE, colours=palette.css(),
         full=FULL.replicates, least=LEAST_JUDGED,
         panels=data_uri(folder / "panels.svg"),
         groups=sorted(group(rows, "group").items()), chapters=sections, headings=GROUPS,
         anchors={section["name"] for chapter in sections.values() for section in chapter},
         common=[reading for reading in READINGS if reading not in CHOSEN_FOR],
-        meanings=[(SIGNS[kind], meaning) for kind, meaning in MEANINGS.items()], reasons=REASONS,
+        meanings=[(SIGNS.get(kind, "k of n"), meaning) for kind, meaning in MEANINGS.items()], reasons=REASONS,
         versions=provenance.versions(), drawn=drawn,
     )  # fmt: skip
 
@@ -103,9 +100,9 @@ def _row(claim: Verdict, pooled: Mapping[str, Any], readings: Sequence[Mapping[s
     }
     return {
         "group": 2 if count.state == "unjudged" else 0 if broken else 1,
-        "id": claim.id, "title": claim.title or claim.says, "kind": count.state, "sign": SIGNS[count.state],
+        "id": claim.id, "title": claim.title or claim.says, "kind": seen_as(count), "sign": SIGNS[seen_as(count)],
         "held": f"{count.word}: {held}" if count.word and count.random else held,
-        "why": unless,
+        "why": unless, "numbers": claim.numbers if claim.experiment else ("", ""), "unshown": is_unshown(claim),
         "evidence": [{"heading": name, "text": text} for name, text in evidence.items() if text],
         "figures": list(dict.fromkeys([*claim.experiment.split(", "), words.get("mechanism", "")])),
     }  # fmt: skip

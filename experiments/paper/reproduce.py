@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from colias_sim.envs import ENVS
-from experiments.base.console import error_console, show_files
+from experiments.base.console import error_console, out_console, show_files, show_places
 from experiments.base.errors import UsageError
 from experiments.base.files import Files, plain
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
@@ -274,10 +274,14 @@ def draw(run: Run) -> Figure:
 
 
 def show(run: Run) -> None:
-    """Print the verdicts on the paper's claims and on ours, and where everything is."""
+    """Print how many claims hold, the verdicts on the paper's and on ours, and where the page is."""
+    from experiments.paper.page import totals  # not before: workers do without matplotlib
+
     own = json.loads((run.folder / "behaviours.json").read_text(encoding="utf-8"))
+    out_console.print("; ".join(text.partition(":")[0] for text in totals((one.id, one.count) for one in run.verdicts)))
     show_verdicts([*run.verdicts, *stored.verdicts(own)])
     show_files(run.folder, "reproduction")
+    show_places({"page": run.folder / "report.html"})
 
 
 def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:

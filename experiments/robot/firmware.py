@@ -49,6 +49,8 @@ Frames = npt.NDArray[np.uint8]
 
 
 MODEL, CHIP = "dsnn-onboard", "chip"
+RAM = ("states", "tables", "ring", "stack")
+"""Parts of a budget's RAM."""
 CYCLES = 1.3, 1.6
 """Fewest and most cycles of an instruction: an assumption, until a board has measured them."""
 
@@ -242,6 +244,14 @@ def measure(program: Program, length: int = COUNTED) -> dict[str, Any]:
         "stack": sizes[".stack"], "stack_used": used, "left": sum(regions.values()), "over": over, "flash": flash,
         "memory": f"lacks {', '.join(short)}" if short else "fits", **worst, "ms_least": least, "ms_most": most,
     }  # fmt: skip
+
+
+def groups(row: Mapping[str, Any]) -> dict[str, list[str]]:
+    """Return the columns of a budget that are numbers by what they count, with its unit."""
+    network, memory = ["n_con", "d", "state_bits", "lamina_bits"], [*RAM, "stack_used", "left", "over"]
+    time = ["ms_least", "ms_most"]
+    rest = [name for name in row if name not in (*network, *memory, *time, "flash", "memory", "clip")]
+    return {"network": network, "RAM (B)": memory, "flash (B)": ["flash"], "instructions": rest, "time (ms)": time}
 
 
 def compare(program: Program, chip: Emulator, shown: Sequence[tuple[str, Frames]]) -> pl.DataFrame:

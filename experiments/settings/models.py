@@ -8,9 +8,9 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
-from colias_sim.config import ProcessorConfig
+from colias_sim.config import CameraConfig, ProcessorConfig
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
 from dsnn.model import SPIKING
 from experiments.base.errors import UsageError, as_usage_error, check_known
@@ -82,6 +82,32 @@ class ConfiguredModel:
             field.name: getattr(self.network, field.name) for field in dataclasses.fields(self.network) if field.init
         }
         return rebuilt, (self.label, self.source, fields, self.processor)
+
+
+EYE, CONTROL = "@", "~"
+CONTROLS = ("frozen", "absent", "mirrored", "reversed", "shuffled")
+"""How a model is shown a trial again: its first frame throughout; without what moves by itself; as in a mirror; last
+frame first; in a drawn order."""
+
+
+class Label(NamedTuple):
+    """A label of tables, taken apart: ``dsnn@ov7670~frozen``. The eye is a camera preset; empty is the usual one."""
+
+    model: str
+    eye: str = ""
+    control: str = ""
+
+    def controlled(self, control: str) -> str:
+        """Return the label of a control of the same model through the same eye."""
+        return f"{self.model}{self.eye and EYE}{self.eye}{CONTROL}{control}"
+
+
+def parse_label(label: str) -> Label:
+    """Take a label of tables apart. Settings of the model, as in ``dsnn:w_i=1``, stay with it."""
+    eyes, controls = "|".join(map(re.escape, CameraConfig.presets())), "|".join(CONTROLS)
+    parts = re.fullmatch(f"(.*?)(?:{EYE}({eyes}))?(?:{CONTROL}({controls}))?", label, re.DOTALL)
+    assert parts is not None, "every label is a model's"
+    return Label(*(part or "" for part in parts.groups()))
 
 
 def counted_channel(channels: Collection[str]) -> str:

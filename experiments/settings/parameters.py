@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from experiments.settings.models import EVERY_FRAME, ConfiguredModel, families
+from experiments.settings.models import CONTROL, EVERY_FRAME, ConfiguredModel, families, parse_label
 
 if TYPE_CHECKING:
     import polars as pl
@@ -94,8 +94,9 @@ def with_columns(schema: pl.Schema, parameters: Parameters) -> pl.Schema:
 
 
 def of_model(parameters: Parameters, model: str) -> dict[str, Any]:
-    """Return what a row of ``model`` has in those columns."""
-    return {key: values.get(model) for key, values in parameters.items()}
+    """Return what a row of ``model`` has in those columns: that of a control what its model has."""
+    shown = model.removesuffix(f"{CONTROL}{parse_label(model).control}")
+    return {key: values.get(shown) for key, values in parameters.items()}
 
 
 def in_words(parameters: Mapping[str, Mapping[str, Any]]) -> str:

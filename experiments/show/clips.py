@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from dsnn.stimuli import SCENES, ClipParams, Stimulus, StimulusFrame, Truth
+from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusFrame, Truth
 from dsnn.stimuli.background import PHOTOGRAPH
+from dsnn.stimuli.still import Still, without_object
 from experiments.declare.clip import BACKGROUND, Clip, OfflineExperiment
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.pictures import Pictures, digests
-from experiments.show.play import FRAMES, Sample, Showing, Trial
+from experiments.show.play import FRAMES, Controls, Sample, Showing, Trial, most_common
 from experiments.store.tables import COUNTS, JOB, PEAKS, peaks
 
 if TYPE_CHECKING:
@@ -55,18 +57,27 @@ TRIALS = pl.Schema(
 )
 """Columns of ``trials.parquet`` of clips: a row per clip and model."""
 
+TRUE = ("true_flow_x", "true_flow_y", "true_time_to_contact_s", "true_interval_ms")
+TRUE_FRAMES = pl.Schema({**FRAMES, **dict.fromkeys(TRUE, pl.Float64())})
+"""Columns of ``frames.parquet`` of clips with truth."""
+
 
 class ClipTrial(Trial):
     """A clip as a trial: its condition is an `experiments.Clip`."""
 
     def sources(self) -> Iterable[tuple[str, Any, Sequence[ConfiguredModel]]]:
         """Return the frames of the clip, and all models."""
-        yield "", open_clip(self.condition, self.seed), self.models
+        yield "", ClipSource(self.condition, self.condition.build(self.seed), truth=self.truth), self.models
 
     @property
     def fps(self) -> float:
         """The clip's frame rate, 1/s."""
         return float(self.condition.build(self.seed).fps)
+
+    def way(self) -> str:
+        """Return the true motion of most frames that move, of some; empty where none does."""
+        clip = self.condition.build(self.seed)
+        return most_common(clip[index].truth.motion for index in some(clip))
 
 
 def open_clip(clip: Clip, seed: int) -> ClipSource:
@@ -76,7 +87,7 @@ def open_clip(clip: Clip, seed: int) -> ClipSource:
 
 def trials_of(
     experiment: OfflineExperiment, models: tuple[ConfiguredModel, ...], repeats: int, seed: int,
-    pictures: Pictures | None = None,
+    pictures: Pictures | None = None, *, truth: bool = False, controls: Controls | None = None,
 ) -> tuple[ClipTrial, ...]:  # fmt: skip
     """Return every clip of every repeat. Repeat r has the seed ``seed + r``, and so one scene for all its clips.
 
@@ -90,6 +101,8 @@ def trials_of(
         Number of repeats, and the seed of the first.
     pictures
         Shown in place of the scenes.
+    truth, controls
+        Whether frames have what truly moved, and what is shown beside them: as of a `Trial`.
 
     Returns
     -------
@@ -98,18 +111,22 @@ def trials_of(
     """
     whole = [(repeat, clip) for repeat in range(repeats) for clip in clips_of(experiment.clips, repeat, pictures)]
     return tuple(
-        ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models)
+        ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models, truth=truth, controls=controls)
         for index, (repeat, clip) in enumerate(whole)
     )
+
+
+def some(clip: Stimulus[ClipParams]) -> range:
+    """Return the indices of some ten frames of a clip, from the first on."""
+    return range(0, len(clip), max(1, len(clip) // 10))
 
 
 class ClipSource:
     """The frames of a clip, with their truth: motion, and the outline of the object in px."""
 
-    frame_columns = FRAMES
-
-    def __init__(self, clip: Clip, stimulus: Stimulus[ClipParams]) -> None:
-        self.clip, self.stimulus = clip, stimulus
+    def __init__(self, clip: Clip, stimulus: Stimulus[ClipParams], *, truth: bool = False) -> None:
+        self.clip, self.stimulus, self._truth = clip, stimulus, truth
+        self.frame_columns = TRUE_FRAMES if truth else FRAMES
         self.fps, self.shape = stimulus.fps, stimulus.shape
 
     def __len__(self) -> int:
@@ -117,8 +134,16 @@ class ClipSource:
 
     def __iter__(self) -> Iterator[Sample]:
         for index, frame in enumerate(self.stimulus):
-            truth = truth_of(frame.truth)
-            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX)})
+            truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
+            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX, *more)})
+
+    @contextmanager
+    def absent(self) -> Iterator[ClipSource]:
+        """Open the clip's first frame without its object, throughout: only a trembling camera moves."""
+        away, seed = without_object(self.stimulus.params), self.stimulus.seed
+        still = Still(replace(self.clip, changes=dict(self.clip.changes) | away, jitter_px=0.0).build(seed))
+        trembling = Jitter(still, self.clip.jitter_px, seed) if self.clip.jitter_px else still
+        yield ClipSource(self.clip, trembling, truth=self._truth)
 
     def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
@@ -130,7 +155,7 @@ class ClipSource:
 
     def _background_mean(self) -> float | None:
         """Mean grey of the rows that the object passes, without the object; ``None`` without an object."""
-        sampled = [self.stimulus[index] for index in range(0, len(self), max(1, len(self) // 10))]
+        sampled = [self.stimulus[index] for index in some(self.stimulus)]
         box = next((frame.truth.box for frame in sampled if frame.truth.box is not None), None)
         if box is None:
             return None
@@ -156,14 +181,21 @@ class ClipSource:
         }
 
 
-def truth_of(truth: Truth) -> dict[str, Any]:
-    """Return what is true of a frame, as columns: ``None`` where there is no object, or no contact."""
+def truth_of(truth: Truth, index: int, fps: float) -> dict[str, Any]:
+    """Return what is true of frame ``index``, as columns: ``None`` where there is no object, or no contact.
+
+    Those of `TRUE` have the names and the meaning that trials with the robot have.
+    """
     box, (across, down) = truth.box, truth.velocity or (None, None)
     outline = (None,) * 4 if box is None else (box.left, box.top, box.width, box.height)
     ways = zip(("background_x_px_s", "background_y_px_s"), truth.background_velocity, strict=True)
+    contact, moved = truth.time_to_contact_s, (index and truth.velocity) or None
     return {
         "motion": truth.motion, **dict(zip(BOX, outline, strict=True)), "velocity_x_px_s": across,
-        "velocity_y_px_s": down, **dict(ways), "time_to_contact_s": truth.time_to_contact_s,
+        "velocity_y_px_s": down, **dict(ways), "time_to_contact_s": contact,
+        "true_flow_x": moved and moved[0] / fps, "true_flow_y": moved and moved[1] / fps,
+        "true_time_to_contact_s": contact if contact is not None and contact > 0.0 else None,
+        "true_interval_ms": 1000.0 / fps if index else None,
     }  # fmt: skip
 
 
@@ -191,7 +223,8 @@ def record(trial: Trial, showings: Sequence[Showing], _rows: Sequence[Mapping[st
     shown = rr.DynamicArchetype(type(stimulus.params).__name__, components=settings)
     content = rerun.Content(tuple(rerun.RecordedModel.of(model) for model, _ in showing.series()), eyes=("",))
     identity = f"{trial.experiment}-{trial.index}-{trial.seed}"
-    return rerun.write(content, frames, trial.condition.name, identity, {"stimulus": shown}, boxes)
+    about, name = rerun.note(settings), trial.condition.name
+    return rerun.write(content, frames, name, identity, {"stimulus": shown}, boxes, about)
 
 
 def recorded(

@@ -251,7 +251,8 @@ def record(episode: Episode, title: str = "") -> bytes:
     )  # fmt: skip
     identity = None if title else f"{name}-{env}-{episode.seed}"
     title = title or f"{name} in {env}, seed {episode.seed}"
-    return rerun.write(content, frames, title, identity, {"episode": rerun.properties(outcome)})
+    held, about = {"episode": rerun.properties(outcome)}, rerun.note(outcome)
+    return rerun.write(content, frames, title, identity, held, about=about)
 
 
 def _variant(robot: str) -> str:

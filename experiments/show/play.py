@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import inspect
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import cv2
 import numpy as np
@@ -22,9 +23,12 @@ from dsnn.model import SPIKING
 from experiments.base.errors import TrialError, UsageError, short
 from experiments.base.streams import stream
 from experiments.base.user_code import traced
-from experiments.settings.models import ConfiguredModel, family
+from experiments.settings.models import ConfiguredModel, family, parse_label
 from experiments.settings.settings import in_sections
 from experiments.store.tables import FRAME, RESPONSES, TrialRecord, recording_of
+
+if TYPE_CHECKING:
+    from colias_sim import Truth
 
 FRAMES = pl.Schema({**FRAME, **RESPONSES})
 """Columns of ``frames.parquet``: a row per frame and model."""
@@ -46,12 +50,15 @@ class Sample:
         What is true of it, by name: poses, the motion shown, the outline of the object.
     changes
         Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
+    pixels
+        What each pixel truly shows, where that was asked for.
     """
 
     time_s: float
     image: npt.NDArray[np.uint8]
     truth: Mapping[str, Any]
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    pixels: Truth | None = None
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
@@ -77,6 +84,10 @@ class Source(Protocol):
         """Return what is shown, as columns of ``trials.parquet``; ``truth`` has a row for each frame."""
         ...
 
+    def absent(self) -> AbstractContextManager[Source | None]:
+        """Open the same without what moves by itself, at rest but for the camera; ``None`` if nobody knows it."""
+        ...
+
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
         """Return measures of one model's responses, as columns of ``trials.parquet``.
 
@@ -88,6 +99,17 @@ class Source(Protocol):
             A row per frame that it took: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
         """
         ...
+
+
+def most_common(words: Iterable[str | None]) -> str:
+    """Return the motion of most frames of those that move; empty where none does."""
+    counts = Counter(word for word in words if word and word != "still")
+    return counts.most_common(1)[0][0] if counts else ""
+
+
+Controls = Callable[[Source, Sequence[Sample], int], Iterable[tuple[str, Source]]]
+"""Yields the controls of a source: their names and sources. It receives its samples, all shown, and the trial's seed.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +130,10 @@ class Trial:
         What is shown. Its ``label()`` is its name in tables, its ``open(seed)`` the source of the frames.
     models
         The models that it is shown to.
+    truth
+        Whether its frames have what truly moved in them. It changes no frame.
+    controls
+        Shows it to its models again, as controls; ``None``: they see it once.
     """
 
     experiment: str
@@ -116,6 +142,8 @@ class Trial:
     seed: int
     condition: Any
     models: tuple[ConfiguredModel, ...]
+    truth: bool = field(default=False, kw_only=True, repr=False)  # recordings are known by the rest
+    controls: Controls | None = field(default=None, kw_only=True, repr=False)
 
     def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
         """Open the source of each eye: its name, empty for the only one, and the models that see by it."""
@@ -323,13 +351,15 @@ class Showing:
 
     Parameters
     ----------
-    source, eye
-        The frames, and the name of the eye that sees them.
+    source, eye, control
+        The frames, the name of the eye that sees them, and that of the control that they are, if any.
     models
         The models.
     keep, images
         Whether frames and responses are stored, and with the frames their images: a trial by hand may be endless,
         and a film long.
+    share
+        Whether models share what they can, as they may where no parameter changes on the way.
     seed
         Seed of the trial.
     """
@@ -339,14 +369,18 @@ class Showing:
         source: Source,
         models: Sequence[ConfiguredModel],
         eye: str = "",
+        control: str = "",
         *,
         keep: bool = True,
         images: bool = True,
+        share: bool = False,
         seed: int = 0,
     ) -> None:
         self.source: Any = source
-        self.eye, self._keep, self._images = eye, keep, images
+        self.eye, self.control, self._keep, self._images = eye, control, keep, images
         self.runners = [ModelRunner(model, source.shape, keep=keep, phase=phase_of(model, seed)) for model in models]
+        for place, runner in enumerate(self.runners if share else ()):
+            runner.share(self.runners[:place])
         self.sample: Sample | None = None
         self.samples: list[Sample] = []
         self.responses: list[Response | None] = [None] * len(models)
@@ -416,18 +450,21 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
     TrialError
         Every model raised; it has their tracebacks. Or the trial itself could not be completed.
     """
-    showings = []
+    showings, seed, stored = [], trial.seed, images or trial.controls is not None
+    share = getattr(trial.condition, "hand", None) is None  # a hand may change parameters on the way
     with one_thread():
         for eye, source, models in trial.sources():
-            showing = Showing(source, models, eye, images=images, seed=trial.seed)
+            showing = Showing(source, models, eye, images=stored, share=share, seed=seed)
             showing.runners[0].maps = maps and models[0] is trial.models[0]
-            if getattr(trial.condition, "hand", None) is None:  # a hand may change parameters on the way
-                for place, runner in enumerate(showing.runners):
-                    runner.share(showing.runners[:place])
             for _ in showing:
                 if watch:
                     watch(showing)
             showings.append(showing)
+            for control, again in trial.controls(source, showing.samples, seed) if trial.controls else ():
+                labelled = [replace(model, label=parse_label(model.label).controlled(control)) for model in models]
+                showings.append(Showing(again, labelled, eye, control, images=images, share=share, seed=seed))
+                for _ in showings[-1]:
+                    pass
     if not any(showing.series() for showing in showings):
         raise TrialError("\n".join(f"{label}: {trouble}" for label, trouble in troubles(showings).items()))
     return showings
@@ -469,11 +506,17 @@ def play(
     showings = show(trial, maps=maps, images=images, watch=watch)
     wall_s = time.perf_counter() - began_s
     done = tabulate(trial, showings, wall_s, frames=frames)
-    return replace(done, recording=recording_of(lambda: record(trial, showings, done.rows))) if record else done
+    if record is None:
+        return done
+    shown = [showing for showing in showings if not showing.control]
+    rows = [row for row in done.rows if not parse_label(row["model"]).control]
+    return replace(done, recording=recording_of(lambda: record(trial, shown, rows)))
 
 
 def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames: bool = True) -> TrialRecord:
     """Tabulate what the models responded in a trial: a row per model, in the trial's order, and a row per frame.
+
+    Controls come after the models.
 
     Parameters
     ----------
@@ -502,6 +545,6 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
             if frames:
                 index = table.with_columns(pl.lit(trial.index).alias("trial"), pl.lit(model.label).alias("model"))
                 tables[model.label] = index.select(columns.names()).cast(columns)
-    labels = [model.label for model in trial.models if model.label in rows]
+    labels = [*dict.fromkeys(label for label in (*(model.label for model in trial.models), *rows) if label in rows)]
     kept = pl.concat([tables[label] for label in labels]) if frames else pl.DataFrame(schema=columns)
     return TrialRecord(trial.index, tuple(rows[label] for label in labels), kept, None, troubles(showings))

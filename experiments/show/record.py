@@ -4,9 +4,12 @@ A recording has these entities, on the timelines ``time`` (a duration) and ``fra
 
     /world/observer, stimulus, ...   pose and looks of robots, in cm; /world/observer/wheels where an agent drives
     /world/observer/camera           the pinhole, its image below it, and the exposure; further eyes camera_<eye>
+    /world/observer/camera/truth/... flow, depth and surface: what its pixels truly show, of a run with truth
     /world/arena, /world/path        floor, wall and obstacles; the ways of those that move
     /models/<model>/hs, vs, looming  potentials; also azimuth
     /models/<model>/spikes/<channel> spikes of each frame: above 0 of preferred motion (right, down), below of null
+    /models/<model>/strokes/<channel> the same as strokes at the edge of the model's lane
+    /about                           condition, spikes and commands, in words
     /models/<model>/threshold        a line at each threshold
     /models/<model>/maps/<layer>     layers of the DSNN: p, la, f_on, f_off
     /reward                          the terms of an agent's reward
@@ -16,9 +19,10 @@ Values are kept in columns and sent in blocks. What is equal in all recordings o
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -36,9 +40,11 @@ from rerun.chunk import Chunk
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.obstacles import Obstacle
 from colias_sim.shapes import robot_shapes
+from colias_sim.truth import Truth
 from dsnn import ResponseSeries
 from dsnn.model import SPIKING
-from experiments.base.palette import HUES, colours
+from experiments.base import palette
+from experiments.base.palette import Colour, rgb
 from experiments.settings.models import ConfiguredModel
 from scenes import ARENA_RADIUS_CM, WALL_HEIGHT_CM
 
@@ -48,18 +54,19 @@ END = b"RRF2FOOT"
 BLOB = pa.list_(pa.field("item", pa.uint8(), nullable=False))
 TIMELINE = "time"
 CAMERA, IMAGE = "world/observer/camera", "image"
-Colour = tuple[int, int, int]
 Floats = npt.NDArray[np.float64]
 Images = npt.NDArray[np.uint8]
 Outlines = tuple[tuple[float, tuple[tuple[float, float], ...]], ...]
-ON, OFF, STILL = (255, 138, 31), (66, 158, 255), (24, 26, 32)
-"""Colours of pixels that became brighter, became darker, and did not change."""
-GREY: Colour = (140, 140, 140)
+GREY: Colour = rgb(palette.THRESHOLD)
 LINE_WIDTH = 1.5
 """Points of the screen."""
-SHADES = {"hs": 255, "vs": 255, "looming": 0}
-"""Channel -> the grey that lightens (VS) or darkens (looming) its line, where another has the model's colour."""
 LAYERS = {"p": "retina, change", "la": "lamina", "f_on": "ON", "f_off": "OFF"}
+EDGE, STROKES = 1.08, 0.22
+"""Height at which a lane's strokes begin, and the room of each channel's."""
+DEPTH_UNITS = 10_000
+"""Units of a recorded depth in a metre: 16 bits of them are 6.5 m."""
+ARROWS = 16
+"""Arrows of the flow along the longer side of a picture."""
 MOST_LANES = 4
 """Models below each other; more stand in columns."""
 
@@ -126,6 +133,10 @@ class Content:
         Triples of an entity, its series' names, and the heading: exposure, wheels, reward.
     above
         Whether the whole arena is seen from above; otherwise the observer from behind.
+    noted
+        Whether there is a text about it.
+    surfaces
+        Names of the geoms that pixels show; empty without truth.
     """
 
     models: tuple[RecordedModel, ...] = ()
@@ -137,6 +148,8 @@ class Content:
     maps: tuple[tuple[str, tuple[Colour, ...]], ...] = ()
     plots: tuple[tuple[str, tuple[str, ...], str], ...] = ()
     above: bool = False
+    noted: bool = False
+    surfaces: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +172,8 @@ class Frames:
         Entity -> (T, k), a value of each series.
     taken
         A model's label -> which of the frames it took; others took all.
+    truth
+        Eye -> what its pixels truly show in each frame, T of them.
     """
 
     time_s: Floats
@@ -169,16 +184,17 @@ class Frames:
     maps: Mapping[str, Images] = field(default_factory=dict)
     plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     taken: Mapping[str, slice] = field(default_factory=dict)
+    truth: Mapping[str, Sequence[Truth]] = field(default_factory=dict)
 
-    def times(self, model: str = "") -> list[rr.TimeColumn]:
-        """Return the timelines of the frames that a model took; of no model those of all frames."""
+    def times(self, model: str = "", at: slice | npt.NDArray[np.intp] = slice(None)) -> list[rr.TimeColumn]:
+        """Return the timelines of the frames that a model took, or of some ``at`` of them; of no model, of all."""
         taken = self.taken.get(model, slice(None))
-        return times(self.time_s[taken], self.frame[taken])
+        return times(self.time_s[taken][at], self.frame[taken][at])
 
 
 def write(
     content: Content, frames: Frames, name: str, identity: str | None = None,
-    properties: Mapping[str, rr.AsComponents] | None = None, more: Iterable[Chunk] = (),
+    properties: Mapping[str, rr.AsComponents] | None = None, more: Iterable[Chunk] = (), about: str = "",
 ) -> bytes:  # fmt: skip
     """Return a whole recording, as the bytes of an .rrd file.
 
@@ -194,8 +210,12 @@ def write(
         What it says of itself: group -> values, such as those of `known`.
     more
         Further chunks.
+    about
+        What stands in the text beside it, in Markdown.
     """
-    chunks = [*static(content), *moving(content, frames), *_paths(frames), *more]
+    content = replace(content, noted=bool(about))
+    text = [fixed("about", rr.TextDocument(about, media_type=rr.MediaType.MARKDOWN))] * bool(about)
+    chunks = [*static(content), *moving(content, frames), *_paths(frames), *more, *text]
     chunks += [Chunk.from_property(group, values) for group, values in (properties or {}).items()]
     stream = rr.RecordingStream(APPLICATION, recording_id=identity)
     try:
@@ -278,13 +298,17 @@ def fixed(entity: str, *archetypes: rr.AsComponents, when: Sequence[rr.TimeColum
 @lru_cache(maxsize=8)
 def static(content: Content) -> tuple[Chunk, ...]:
     """Return what stays: looks of robots, arena and series, and the lens."""
-    chunks = [chunk for model in content.models for chunk in _looks_of_series(model, content.models)]
+    chunks = [chunk for model in content.models for chunk in _looks_of_series(model)]
     for entity, names, _ in content.plots:
-        hues = [rgb(HUES[(1 - 3 * place) % len(HUES)]) for place in range(len(names))]
+        hues = [rgb(tint) for tint in palette.of_others(names).values()]
         chunks.append(fixed(entity, rr.SeriesLines(names=names, colors=hues, widths=[LINE_WIDTH] * len(names))))
     for name, tints in content.maps:
         look = rr.AnnotationContext([rr.AnnotationInfo(id=grey, color=tint) for grey, tint in enumerate(tints)])
         chunks.append(fixed(f"{model_entity(content.models[0].label)}/maps/{name}", look))
+    for eye in content.eyes if content.surfaces else ():
+        colours = {"nothing": palette.STILL, **palette.of_others(content.surfaces)}
+        infos = [rr.AnnotationInfo(place, name, rgb(hue)) for place, (name, hue) in enumerate(colours.items())]
+        chunks.append(fixed(f"{camera_entity(eye)}/truth/surface", rr.AnnotationContext(infos)))
     if content.scene is None:
         return tuple(chunks)
     chunks += [fixed("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP), *_arena(content, content.scene)]
@@ -299,21 +323,21 @@ def static(content: Content) -> tuple[Chunk, ...]:
     return tuple(chunks)
 
 
-def _looks_of_series(model: RecordedModel, models: Sequence[RecordedModel]) -> list[Chunk]:
-    """Return a model's series as they look: the colour of the figures for its first channel, shades for the others."""
-    tint, root, chunks = rgb(colours(other.label for other in models)[model.label]), model_entity(model.label), []
-    for place, channel in enumerate(model.spiking):
-        tone = tint if place == 0 else mixed(tint, (SHADES[channel],) * 3, 0.45)
-        title = channel_title(channel)
+def _looks_of_series(model: RecordedModel) -> list[Chunk]:
+    """Return a model's series as they look: a channel has its hue in every model."""
+    root, chunks = model_entity(model.label), []
+    for channel in model.spiking:
+        tone, title = rgb(palette.CHANNELS[channel]), palette.TITLES[channel]
         chunks.append(fixed(f"{root}/{channel}", rr.SeriesLines(colors=tone, names=title, widths=LINE_WIDTH)))
-        spikes = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, interpolation_mode="StepMid")
-        chunks.append(fixed(f"{root}/spikes/{channel}", spikes))
+        for kind in ("spikes", "strokes"):
+            look = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, aggregation_policy="Off")
+            chunks.append(fixed(f"{root}/{kind}/{channel}", look))  # or both ends of a stroke become their mean
     if "azimuth" in model.channels:
-        chunks.append(fixed(f"{root}/azimuth", rr.SeriesLines(colors=tint, names="azimuth", widths=LINE_WIDTH)))
+        look = rr.SeriesLines(colors=rgb(palette.INK), names="azimuth", widths=LINE_WIDTH)
+        chunks.append(fixed(f"{root}/azimuth", look))
     if levels := model.levels():
-        names = [f"threshold {level:g} ({', '.join(map(channel_title, owners))})" for level, owners in levels.items()]
-        pale = mixed(tint, (255, 255, 255), 0.35)
-        look = rr.SeriesLines(colors=[pale] * len(levels), names=names, widths=[1.0] * len(levels))
+        names = [f"threshold {level:g} ({', '.join(owners)})" for level, owners in levels.items()]
+        look = rr.SeriesLines(colors=[GREY] * len(levels), names=names, widths=[1.0] * len(levels))
         chunks.append(fixed(f"{root}/threshold", look))
     return chunks
 
@@ -328,6 +352,8 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
         else:
             chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
             chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
+    for eye, truths in frames.truth.items():
+        chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
     for name, images in frames.maps.items():
         first = content.models[0].label
         entity = f"{model_entity(first)}/maps/{name}"
@@ -346,20 +372,59 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
         taken = frames.times(model.label)
         for channel in model.channels:
             chunks.append(chunk(f"{root}/{channel}", taken, _scalars(getattr(series, channel))))
-        for channel in model.spiking:
-            chunks.append(chunk(f"{root}/spikes/{channel}", taken, _scalars(getattr(series, f"{channel}_spikes"))))
+        for rank, channel in enumerate(model.spiking):
+            counts = getattr(series, f"{channel}_spikes")
+            chunks.append(chunk(f"{root}/spikes/{channel}", taken, _scalars(counts)))
+            at, heights = strokes(counts, EDGE + STROKES * rank)
+            if len(at):  # the viewer ends on a timeline without times
+                chunks.append(chunk(f"{root}/strokes/{channel}", frames.times(model.label, at), _scalars(heights)))
         if levels := list(model.levels()):
             chunks.append(chunk(f"{root}/threshold", ends, _scalars(np.array([levels, levels]))))
     return chunks
 
 
-def _pictures(entity: str, kind: Any, images: Images, when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+def strokes(counts: npt.NDArray[Any], edge: float) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Return the frames and heights of strokes that stand outward from an edge: both ends of each, then a gap."""
+    at = np.flatnonzero(counts)
+    sign, size = np.sign(counts[at]), 0.04 + 0.04 * np.minimum(np.abs(counts[at]), 4)
+    heights = np.column_stack([sign * edge, sign * (edge + size), np.full(len(at), np.nan)])
+    return np.repeat(at, 3), heights.ravel()
+
+
+def _truth(entity: str, truths: Sequence[Truth], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+    """Return flow as arrows on a grid, from where a point was to where it is, depth, and the geoms by number from 1."""
+    rows, columns = truths[0].depth_m.shape
+    step = -(-max(rows, columns) // ARROWS)
+    across, down = np.meshgrid(np.arange(step // 2, columns, step), np.arange(step // 2, rows, step))
+    flows = [truth.flow[down, across].reshape(-1, 2) for truth in truths]
+    shown = [np.hypot(*flow.T) > 0.0 for flow in flows]  # NaN is not
+    here = np.column_stack([across.ravel(), down.ravel()]) + 0.5
+    vectors = np.concatenate([flow[there] for flow, there in zip(flows, shown, strict=True)])
+    heads = np.concatenate([here[there] for there in shown])
+    arrows = rr.Arrows2D.columns(origins=heads - vectors, vectors=vectors)
+    depth = np.stack([np.nan_to_num(truth.depth_m, nan=0.0) * DEPTH_UNITS for truth in truths])
+    return [
+        fixed(f"{entity}/flow", rr.Arrows2D.from_fields(colors=[rgb(palette.TRUE)], radii=[0.15])),
+        chunk(f"{entity}/flow", when, arrows.partition([int(there.sum()) for there in shown])),
+        *_pictures(f"{entity}/depth", rr.DepthImage, np.rint(depth).astype(np.uint16), when, meter=DEPTH_UNITS),
+        *_pictures(
+            f"{entity}/surface", rr.SegmentationImage, np.stack([truth.geom + 1 for truth in truths]).astype(np.uint16),
+            when,
+        ),
+    ]  # fmt: skip
+
+
+def _pictures(
+    entity: str, kind: Any, images: npt.NDArray[np.uint8 | np.uint16], when: Sequence[rr.TimeColumn], **look: float
+) -> list[Chunk]:
     count, rows, columns = images.shape
-    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype="U8")
+    size = images.itemsize
+    bits = rr.ChannelDatatype.U8 if size == 1 else rr.ChannelDatatype.U16
+    form = rr.components.ImageFormat(width=columns, height=rows, color_model="L", channel_datatype=bits)
     # By Arrow's own means, without a copy: from an array Rerun makes two.
-    ends = pa.array(np.arange(count + 1) * (rows * columns), pa.int32())  # raises where a list is too long
-    buffers = pa.ListArray.from_arrays(ends, images.ravel(), type=BLOB)
-    return [fixed(entity, kind.from_fields(format=form)), chunk(entity, when, kind.columns(buffer=buffers))]
+    ends = pa.array(np.arange(count + 1) * (rows * columns * size), pa.int32())  # raises where a list is too long
+    buffers = pa.ListArray.from_arrays(ends, images.ravel().view(np.uint8), type=BLOB)
+    return [fixed(entity, kind.from_fields(format=form, **look)), chunk(entity, when, kind.columns(buffer=buffers))]
 
 
 def _scalars(values: npt.NDArray[Any]) -> Iterable[Any]:
@@ -440,8 +505,14 @@ def views(content: Content) -> list[tuple[float, Any]]:
     if content.scene is not None:
         top.append((5.0, _world(content, content.scene)))
     for eye in content.eyes:
-        name = f"what is seen{f' ({eye})' if eye else ''}"
-        top.append((4.0, rrb.Spatial2DView(origin=f"/{camera_entity(eye)}", name=name)))
+        name = f"what is seen{', and its true flow' if content.surfaces else ''}{f' ({eye})' if eye else ''}"
+        place = f"/{camera_entity(eye)}"
+        apart = ("depth", "surface") if content.surfaces else ()
+        contents = ["$origin/**", *(f"- $origin/truth/{part}" for part in apart)]
+        top.append((4.0, rrb.Spatial2DView(origin=place, contents=contents, name=name)))
+        if apart:
+            true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
+            top.append((3.0, rrb.Vertical(*true)))
     if content.maps:
         label = content.models[0].label
         maps = [
@@ -449,19 +520,23 @@ def views(content: Content) -> list[tuple[float, Any]]:
             for name, _ in content.maps
         ]
         top.append((5.0, rrb.Grid(*maps, grid_columns=2)))
+    if content.noted:
+        top.append((3.0, rrb.TextDocumentView(origin="/about", name="about")))
     rows: list[tuple[float, Any]] = []
     if top:
         rows.append((4.0, rrb.Horizontal(*(view for _, view in top), column_shares=[share for share, _ in top])))
-    if content.models:
+    if content.above:  # an episode: a lane for each channel, below each other
+        for model in content.models:
+            rows += [(1.5, _lane(model, [channel])) for channel in model.spiking]
+            rows += [(1.0, plot) for plot in _azimuth(model)]
+    elif content.models:
         columns = -(-len(content.models) // MOST_LANES)
-        lanes = rrb.Grid(*(_lane(model, legend=columns == 1) for model in content.models), grid_columns=columns)
-        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, lanes))
-    if content.plots:
-        plots = [
-            _plot(f"/{entity}", [f"/{entity}"], heading, legend=len(names) > 1)
-            for entity, names, heading in content.plots
-        ]
-        rows.append((1.2, rrb.Horizontal(*plots)))
+        lanes = (rrb.Horizontal(_lane(model, model.spiking), *_azimuth(model)) for model in content.models)
+        rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, rrb.Grid(*lanes, grid_columns=columns)))
+    for entity, names, heading in content.plots:
+        hues = zip(names, itertools.cycle(palette.OTHERS), strict=False)
+        which = f": {', '.join(map(' '.join, hues))}" if len(names) > 1 else ""
+        rows.append((1.0, _plot(f"/{entity}", [f"/{entity}"], f"{heading}{which}")))
     return rows
 
 
@@ -481,6 +556,7 @@ def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
     hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
+    hidden += [f"- /{camera_entity(eye)}/truth/**" for eye in content.eyes if content.surfaces]
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(
         origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),
@@ -489,31 +565,41 @@ def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
     )  # fmt: skip
 
 
-def _lane(model: RecordedModel, *, legend: bool) -> Any:
-    """Return the lane of a model: potentials, and beside them spikes and azimuth."""
-    place, name = f"/{model_entity(model.label)}", model.label
-    potentials = [f"{place}/{channel}" for channel in model.spiking]
-    lowest = -0.05 if model.spiking == ["looming"] else -1.05
-    row = [(3.0, _plot(place, [*potentials, f"{place}/threshold"], name, (lowest, 1.05), legend=legend))]
-    if model.levels():
-        heading = f"{name}: spikes{' (right, down above 0)' if 'hs' in model.spiking else ''}"
-        row.append((2.0, _plot(f"{place}/spikes", [f"{place}/spikes/**"], heading, legend=legend)))
-    if "azimuth" in model.channels:
-        heading = f"{name}: azimuth, -1 left to 1 right"
-        row.append((1.0, _plot(f"{place}/azimuth", [f"{place}/azimuth"], heading, (-1.05, 1.05))))
-    return rrb.Horizontal(*(view for _, view in row), column_shares=[share for share, _ in row])
+def _lane(model: RecordedModel, channels: Sequence[str]) -> rrb.TimeSeriesView:
+    """Return a lane of a model: potentials of channels, thresholds, and strokes of spikes at its edge."""
+    place = f"/{model_entity(model.label)}"
+    contents = [f"{place}/{part}{channel}" for channel in channels for part in ("", "strokes/")]
+    highest = EDGE + STROKES * len(model.spiking)
+    levels = [level for level, owners in model.levels().items() if {*owners} & {*channels}]
+    title = lane_title(model.label, channels, levels) + "; strokes at the edge: spikes" * bool(levels)
+    origin = place if [*channels] == model.spiking else f"{place}/{channels[0]}"
+    lowest = -0.05 if [*channels] == ["looming"] else -highest
+    return _plot(origin, [*contents, f"{place}/threshold"], title, (lowest, highest))
+
+
+def _azimuth(model: RecordedModel) -> list[rrb.TimeSeriesView]:
+    """Return the plot of where a model sees motion, if it says so."""
+    entity, heading = f"/{model_entity(model.label)}/azimuth", f"{model.label}: azimuth, -1 left to 1 right"
+    return [_plot(entity, [entity], heading, (-1.05, 1.05))] if "azimuth" in model.channels else []
 
 
 def _plot(
-    origin: str, contents: Sequence[str], name: str, ends: tuple[float, float] | None = None, *, legend: bool = False
+    origin: str, contents: Sequence[str], name: str, ends: tuple[float, float] | None = None
 ) -> rrb.TimeSeriesView:
-    """Return a plot of series, on one axis of time with all others; a legend covers a part of the traces."""
+    """Return a plot of series, on one axis of time with all others; its heading stands for a legend."""
     return rrb.TimeSeriesView(
         origin=origin, contents=list(contents), name=name,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"), axis_y=rrb.ScalarAxis(range=ends) if ends else None,
         background=rrb.archetypes.PlotBackground(color=(250, 250, 247), show_grid=False),
-        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=legend),
+        plot_legend=rrb.PlotLegend(visible=False),
     )  # fmt: skip
+
+
+def note(values: Mapping[str, Any], *commands: str) -> str:
+    """Return a text about a recording, in Markdown: values that are known, then commands."""
+    shown = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in values.items()}
+    lines = [f"{name.replace('_', ' ')}: **{value}**" for name, value in shown.items() if value is not None]
+    return "  \n".join([*lines, *(f"`{command}`" for command in commands)])
 
 
 def camera_entity(eye: str) -> str:
@@ -526,17 +612,8 @@ def model_entity(label: str) -> str:
     return f"models/{rr.escape_entity_path_part(label)}"
 
 
-def channel_title(channel: str) -> str:
-    """Return how plots name a channel."""
-    return channel.upper() if channel in ("hs", "vs") else channel
-
-
-def rgb(colour: str) -> Colour:
-    """Return ``#rrggbb`` as three numbers from 0 to 255."""
-    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
-
-
-def mixed(colour: Colour, other: Colour, share: float) -> Colour:
-    """Return a colour with a ``share`` of another in it."""
-    red, green, blue = (round((1 - share) * part + share * more) for part, more in zip(colour, other, strict=True))
-    return red, green, blue
+def lane_title(model: str, channels: Iterable[str], levels: Iterable[float]) -> str:
+    """Return the heading of a model's lane: which hue is which potential, its thresholds, and what strokes are."""
+    hues = [f"{palette.TITLES[channel]} {palette.HUES[channel]}" for channel in channels]
+    limits = ", ".join(f"{level:g}" for level in sorted({abs(level) for level in levels}))
+    return ", ".join([f"{model}: {hues[0]}" if hues else model, *hues[1:], *[f"T = {limits} grey"] * bool(limits)])

@@ -12,10 +12,12 @@ import numpy as np
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import MAP_SCALES
+from experiments.base import palette
+from experiments.base.palette import Colour
 from experiments.show import record as rerun
 from experiments.show.course import obstacles
 from experiments.show.play import Showing
-from experiments.show.record import Colour, Content, Frames, RecordedModel
+from experiments.show.record import Content, Frames, RecordedModel
 from experiments.show.robot import RobotTrial, scene_of
 from scenes import ARENAS
 
@@ -39,11 +41,13 @@ def record(trial: RobotTrial, showings: Sequence[Showing], rows: Sequence[Mappin
     }
     shown = {row["model"]: by_label[row["model"]] for row in rows}
     seen = frames(showings, {label: series for label, (_, series) in shown.items()})
+    values = {"condition": trial.label(), **{f"{row['model']} spikes": row["spikes"] for row in rows}}
+    about = rerun.note(values, f"colias video RUN --trial {trial.index} --out trial.mp4", "colias run --again RUN")
     # Equal for equal trials alone: the viewer merges recordings of one identity.
     digest = hashlib.blake2s(repr(trial).encode(), digest_size=6).hexdigest()
     return rerun.write(
         content(trial, seen, (RecordedModel.of(model) for model, _ in shown.values())), seen, title(trial),
-        f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.properties(properties)},
+        f"{trial.experiment}-{trial.index:04d}-{digest}", {"trial": rerun.properties(properties)}, about=about,
     )  # fmt: skip
 
 
@@ -64,6 +68,7 @@ def content(spec: RobotTrial, seen: Frames, models: Iterable[RecordedModel]) -> 
         models=tuple(models), eyes=tuple(seen.images), camera=spec.settings.camera, scene=scene,
         robots=tuple(TRIAL_ROBOTS.items()), obstacles=rerun.outlines(obstacles(scene.arena)), plots=tuple(exposure),
         maps=tuple((name, map_colours(name)) for name in seen.maps),
+        surfaces=next(iter(seen.truth.values()))[0].geoms if seen.truth else (),
     )  # fmt: skip
 
 
@@ -87,6 +92,8 @@ def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries]) ->
         {_exposure(eye): values for eye, values in exposure.items()
          if samples[eye][0].truth["row_time_us"] or np.ptp(values) > 0},
         {label: taken for showing in showings for label, taken in showing.taken().items()},
+        {eye: truths for eye, of_eye in samples.items()
+         if (truths := [sample.pixels for sample in of_eye if sample.pixels is not None])},
     )  # fmt: skip
 
 
@@ -97,12 +104,11 @@ def _exposure(eye: str) -> str:
 
 @lru_cache
 def map_colours(name: str) -> tuple[Colour, ...]:
-    """Return the colours of a layer's 256 values: warm where it became brighter, cool where darker, else dark."""
+    """Return the colours of a layer's 256 values: what became brighter, what became darker, else dark."""
     gain, zero = MAP_SCALES[name]
     clipped = max(zero, 0.0)  # the values below are noise
     strength = [(value - clipped) / (gain * MAP_FULL[name]) for value in range(256)]
     if name == "f_off":
         strength = [-share for share in strength]
-    return tuple(
-        rerun.mixed(rerun.STILL, rerun.ON if share > 0 else rerun.OFF, min(abs(share), 1.0)) for share in strength
-    )
+    still, darker, brighter = map(palette.rgb, (palette.STILL, palette.DARKER, palette.BRIGHTER))
+    return tuple(palette.mixed(still, brighter if share > 0 else darker, min(abs(share), 1.0)) for share in strength)

@@ -6,6 +6,7 @@ import dataclasses
 import math
 import threading
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,20 +17,20 @@ import polars as pl
 
 from colias_sim import OpenLoop, PathFollower, Robot, Schedule, Simulation, Tracker, bearing
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.scene import groups_of, hidden
 from colias_sim.simulation import TRIAL_ROBOTS
 from experiments.base.errors import TrialError
 from experiments.base.streams import stream
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import Command, Condition, Hand, RobotName
 from experiments.declare.experiment import Experiment
-from experiments.settings.models import ConfiguredModel
+from experiments.settings.models import ConfiguredModel, parse_label
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
-from experiments.show.play import Sample, Trial, phase_of
-from experiments.show.trial_rows import FRAME_SCHEMA, away_cm, responses, windows
-from experiments.store.tables import OBSERVER
+from experiments.show.play import Controls, Sample, Trial, phase_of
+from experiments.show.trial_rows import FRAME_SCHEMA, TRUE_FRAMES, agreement, away_cm, responses, windows
+from experiments.store.tables import OBSERVER, finite
 
-MARK = "@"
 TRUE = "ov7670"
 """The preset that is a model of the robot's eye."""
 GEOMETRY = ("width", "height", "hfov_deg", "fps", "forward_cm", "up_cm")
@@ -38,8 +39,7 @@ GEOMETRY = ("width", "height", "hfov_deg", "fps", "forward_cm", "up_cm")
 
 def through(label: str) -> str:
     """Return the camera preset that a model sees through; empty: the camera of the settings."""
-    _, mark, name = label.rpartition(MARK)
-    return name if mark and name in CameraConfig.presets() else ""
+    return parse_label(label).eye
 
 
 def camera(settings: Settings, eye: str) -> CameraConfig:
@@ -100,13 +100,19 @@ def trial_seed(seed: int, index: int) -> int:
     return int(np.random.SeedSequence(seed, spawn_key=(index,)).generate_state(1)[0])
 
 
-def trials_of(experiment: Experiment, settings: Settings, repeats: int, seed: int) -> list[RobotTrial]:
+def trials_of(
+    experiment: Experiment, settings: Settings, repeats: int, seed: int, *, truth: bool = False,
+    controls: Controls | None = None,
+) -> list[RobotTrial]:  # fmt: skip
     """Every trial, by rounds of all conditions: a run cut short stays balanced, and more repeats only append."""
     conditions = experiment.conditions()
     return [
-        RobotTrial(experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings)
+        RobotTrial(
+            experiment.name, index, index // len(conditions), trial_seed(seed, index), condition, settings,
+            truth=truth, controls=controls,
+        )
         for index, condition in enumerate(conditions * repeats)
-    ]
+    ]  # fmt: skip
 
 
 class _Scenes(threading.local):
@@ -119,17 +125,19 @@ class _Scenes(threading.local):
 _SCENES = _Scenes()
 
 
-def simulation(robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0) -> Simulation:
+def simulation(
+    robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0, *, truth: bool = False
+) -> Simulation:
     """The compiled scene, kept for this thread's next trials with the same settings: compiling costs as much as one.
 
     ``movers`` is the number of robots beside observer and stimulus.
     """
-    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, tuple(map(sha256, map(Path, files(scene)))))
+    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, truth, *map(sha256, map(Path, files(scene))))
     if key not in scenes:
         while len(scenes) >= MOST_SCENES:
             scenes.pop(next(iter(scenes))).close()
         further = {f"mover{i}": TRIAL_ROBOTS["stimulus"] for i in range(movers)}
-        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further})
+        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further}, truth=truth)
     scenes[key] = scenes.pop(key)  # the one that was used last
     return scenes[key]
 
@@ -170,13 +178,12 @@ class RobotSource:
         Frames so far.
     """
 
-    frame_columns = FRAME_SCHEMA
-
     def __init__(self, trial: RobotTrial, eye: CameraConfig) -> None:
         settings, condition = trial.settings, trial.condition
-        self.trial, self.fps, self.shape = trial, eye.fps, (eye.height, eye.width)
+        self.trial, self._eye, self.fps, self.shape = trial, eye, eye.fps, (eye.height, eye.width)
+        self.frame_columns = TRUE_FRAMES if trial.truth else FRAME_SCHEMA
         scene = scene_of(condition, settings)
-        self.sim = simulation(settings.robot, eye, scene, len(condition.movers))
+        self.sim = simulation(settings.robot, eye, scene, len(condition.movers), truth=trial.truth)
         placing, scenery, self._noise = (
             stream(f"trial.{part}", trial.seed) for part in ("placing", "scenery", "noise")
         )
@@ -221,7 +228,19 @@ class RobotSource:
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
             truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
-        return Sample(frame.time, frame.luma, truth, changes)
+        pixels = self.sim.truth() if self.trial.truth else None
+        if pixels is not None:
+            things = set(self.sim.everyone) - {OBSERVER}
+            truth |= {name: finite(value) for name, value in pixels.columns(things).items()}
+        return Sample(frame.time, frame.luma, truth, changes, pixels)
+
+    @contextmanager
+    def absent(self) -> Iterator[RobotSource]:
+        """Open the same trial with every robot but the one that sees out of sight: they drive as they did."""
+        with ExitStack() as stack:
+            for name in self.sim.robots.keys() - {OBSERVER}:
+                stack.enter_context(hidden(groups_of(self.sim.model, name)))
+            yield RobotSource(self.trial, self._eye)
 
     def columns(self, truth: pl.DataFrame) -> dict[str, Any]:
         """Return the robot that sees, the condition, and what the stimulus did.
@@ -258,6 +277,7 @@ class RobotSource:
             "darkest": frames["darkest"].min(),
             "brightest": frames["brightest"].max(),
             **responses(model, frames, parts, fps),
+            **(agreement(frames) if self.trial.truth else {}),
         }
 
     def _driven(self, frames: pl.DataFrame) -> dict[str, float | None]:

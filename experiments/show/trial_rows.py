@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ import numpy.typing as npt
 import polars as pl
 
 from colias_sim.config import CameraConfig
+from colias_sim.truth import COLUMNS
 from experiments.declare.checks import is_number
 from experiments.declare.conditions import CONDITION_COLUMNS, Condition
 from experiments.declare.experiment import Drawing
@@ -60,6 +62,11 @@ POSES = (
 
 TRIAL_SCHEMA = pl.Schema({**JOB, "robot": str, **columns_of(Condition), **RESPONDED})
 FRAME_SCHEMA = pl.Schema({**FRAME, "robot": str, "time_s": float, **RESPONSES, **dict.fromkeys(POSES, float)})
+AGREEMENT = ("true_hs_flow_r", "true_hs_view_r", "true_vs_flow_r", "true_vs_view_r", "true_sign", "true_gain")
+"""Columns of ``trials.parquet`` of a run with truth: see `agreement`."""
+TRUE_TRIALS = pl.Schema({**TRIAL_SCHEMA, **dict.fromkeys(AGREEMENT, pl.Float64())})
+TRUE_FRAMES = pl.Schema({**FRAME_SCHEMA, **dict.fromkeys(COLUMNS, pl.Float64())})
+"""Columns of ``frames.parquet`` of a run with truth."""
 
 
 def varying(rows: Sequence[Mapping[str, Any]], varies: str) -> list[str]:
@@ -80,6 +87,8 @@ def drawable(figure: Drawing, rows: Sequence[Mapping[str, Any]]) -> Drawing:
     return "spikes" if lacking else figure
 
 
+LEAST_FLOW = 0.1
+"""Flow of the stimulus to a side, px a frame, from which on it moves."""
 NEAR_AXIS_CM = 3.5
 """Half the stretch of path about the optical axis."""
 
@@ -193,3 +202,30 @@ def responses(model: ConfiguredModel, frames: pl.DataFrame, parts: Windows, fps:
         "spikes_in_window": count("window"),
         "spikes_in_inner_window": count("inner_window"),
     }
+
+
+def agreement(frames: pl.DataFrame) -> dict[str, float | None]:
+    """Compare a model's potentials with what truly moved.
+
+    Parameters
+    ----------
+    frames
+        A row per frame: ``hs``, ``vs`` and the columns of the truth.
+
+    Returns
+    -------
+    dict of str to float or None
+        The columns `AGREEMENT`. Correlations of HS with rightward and of VS with downward flow, of the stimulus and of
+        the whole view; no flow is 0, and there is no correlation with what is always equal. Of the frames in which the
+        stimulus moves by `LEAST_FLOW` or more to a side: the share with HS of its sign, and HS per px by least squares.
+    """
+    found: dict[str, float | None] = {}
+    for (channel, way), over in product((("hs", "x"), ("vs", "y")), ("flow", "view")):
+        both = frames.select(channel, f"true_{over}_{way}").cast(pl.Float64).fill_null(0.0).to_numpy().T
+        differ = (np.ptp(both, axis=1) > (LEAST_FLOW / 100, LEAST_FLOW / 10)).all()
+        found[f"true_{channel}_{over}_r"] = float(np.corrcoef(both)[0, 1]) if differ else None
+    both = frames.select("hs", "true_flow_x").cast(pl.Float64).drop_nulls().to_numpy().T
+    hs, flow = both[:, np.abs(both[1]) >= LEAST_FLOW]
+    if not flow.size:
+        return found | {"true_sign": None, "true_gain": None}
+    return found | {"true_sign": float((hs * flow > 0).mean()), "true_gain": float(hs @ flow / (flow @ flow))}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -190,6 +191,10 @@ class VideoSource:
             if self.stopped:
                 return
         self._ended = True
+
+    def absent(self) -> AbstractContextManager[None]:
+        """Return nothing: of a film nobody knows what moves by itself."""
+        return nullcontext()
 
     def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""

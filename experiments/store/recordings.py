@@ -10,9 +10,11 @@ from typing import Any
 import cv2
 import numpy as np
 import numpy.typing as npt
+import polars as pl
 import pyarrow as pa
 
 from experiments.base.errors import UsageError, check_known
+from experiments.base.files import read_parquet
 
 Images = npt.NDArray[np.uint8]
 CAMERA = re.compile(r"world/observer/(camera(?:_(\w+))?)/image")
@@ -32,7 +34,7 @@ def recording(source: Path, trial: int | None) -> Path:
     source
         An .rrd file, or the folder of a run.
     trial
-        The number of a trial or episode; ``None`` for a file, and for the first one that a folder has.
+        The number of a trial or episode; ``None`` for a file, and for the first in a folder in which a model spikes.
 
     Raises
     ------
@@ -44,11 +46,18 @@ def recording(source: Path, trial: int | None) -> Path:
     found = recordings_in(source)
     if not found:
         raise UsageError(f"{source}: no .rrd recordings in it; runs make them unless told --no-recordings")
-    if trial is None:
-        return found[0]
     numbers = {int("".join(filter(str.isdigit, path.stem)) or -1): path for path in found}
+    if trial is None:
+        return next((numbers[trial] for trial in spiking(source) if trial in numbers), found[0])
     check_known("--trial", str(trial), list(map(str, numbers)))
     return numbers[trial]
+
+
+def spiking(folder: Path) -> list[int]:
+    """Return the trials of a run in which any model spikes, in their order; of none if its tables do not say so."""
+    table = folder / "trials.parquet"
+    rows = read_parquet(table) if table.is_file() else pl.DataFrame()
+    return sorted(set(rows.filter(pl.col("spikes") > 0)["trial"])) if "spikes" in rows.columns else []
 
 
 def chunks(path: Path, content: str = "") -> Iterator[tuple[str, Any]]:
@@ -125,8 +134,18 @@ def pictures(path: Path) -> dict[str, Images]:
     return {eyes[entity]: np.stack([image for _, image in pictures_of(path, entity)]) for entity in sorted(eyes)}
 
 
-def write_pictures(folder: Path, frames: Images, ending: str) -> None:
-    """Write frames (T, R, C) as ``000000.png`` and so on into a new folder; ``ending`` is that of the files."""
+def write_pictures(folder: Path, frames: npt.NDArray[np.uint8 | np.uint16], ending: str) -> None:
+    """Write frames as ``000000.png`` and so on into a new folder.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    frames
+        (T, R, C), or (T, R, C, 3): blue, green and red.
+    ending
+        That of the files.
+    """
     folder.mkdir(parents=True)
     for index, frame in enumerate(frames):
         done, encoded = cv2.imencode(ending, frame)

@@ -9,6 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 from experiments.base.user_code import traced
+from experiments.settings.models import CONTROL, CONTROLS
 
 if TYPE_CHECKING:
     import polars as pl
@@ -150,6 +151,11 @@ def origin(rows: Sequence[Mapping[str, Any]]) -> str:
 def is_imported(row: Mapping[str, Any]) -> bool:
     """Return whether a row is from a log: of the stimulus's speed and path nothing is known then."""
     return bool(row.get(COLUMN))
+
+
+def without_controls(table: pl.DataFrame) -> pl.DataFrame:
+    """Return the rows of models that were shown a trial as it was: claims, figures and ranks are about these."""
+    return table.filter(~table["model"].str.contains(f"{CONTROL}({'|'.join(CONTROLS)})$"))
 
 
 def drawn_here(record: TrialRecord) -> TrialRecord:

@@ -20,7 +20,7 @@ EYES = {
 
 def made(eye="own"):
     robot = RobotConfig(command_slot_ms=100.0, serial_ms=5.0, power_step_cm_s=0.06, motor_inequality_sd=2.0)
-    return Simulation(robot=robot, camera=EYES[eye], robots=ROBOTS)
+    return Simulation(robot=robot, camera=EYES[eye], robots=ROBOTS, truth=True)
 
 
 def ahead(simulation, rng, count=12):
@@ -36,7 +36,9 @@ def ahead(simulation, rng, count=12):
             simulation.advance(look=False)
         else:
             frame = simulation.step(rng)
-            told.append((frame.luma.tobytes(), frame.time, frame.exposure_ms, frame.age_ms))
+            truth = simulation.truth(1 + index % 5)
+            pixels = truth.flow.tobytes(), truth.depth_m.tobytes(), truth.robot.tobytes(), truth.interval_ms.tobytes()
+            told.append((frame.luma.tobytes(), frame.time, frame.exposure_ms, frame.age_ms, pixels))
         told.append(repr(simulation.poses))
     return told
 

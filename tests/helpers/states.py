@@ -35,7 +35,7 @@ def drawn(seed: int) -> tuple[str, dict[str, Any], int]:
     options = {
         "observation": one(SENSES), "camera": camera, "robot": one(ROBOTS), "randomise": one(RANDOMISE),
         "model": one([model for model in MODELS if "reference" not in model]), "actions": one(("wheels", "manoeuvres")),
-        "processor": {"every": int(rng.integers(1, 3))},
+        "processor": {"every": int(rng.integers(1, 3))}, "truth": seed % 2 == 1,
     }  # fmt: skip
     options |= {
         "Optomotor": {"disturbance": one(("drum", "push"))},

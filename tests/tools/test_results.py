@@ -42,6 +42,12 @@ def test_the_first_experiment_s_numbers_are_those_of_the_claim():
     assert {speed: float(number) for number, speed in shown} == {speed: float(mean) for speed, mean in means.items()}
 
 
+def test_claims_of_the_paper_and_our_own_are_apart():
+    measured = read(ROOT / RESULTS)
+    told = {part: set(re.findall(r"\*\* \((\w+)\):", part(measured))) for part in (tool.claims, tool.own)}
+    assert told[tool.claims] == set(claim_ids("C")) - UNMEASURED and told[tool.own] == set(claim_ids("B"))
+
+
 def test_a_table_of_numbers_is_of_a_run_or_says_why_it_is_of_none():
     """A table is one of numbers if more than a third of its cells begin with one."""
     for page in CHAPTERS:

@@ -35,10 +35,12 @@ def public() -> dict[str, Any]:
 def links() -> dict[str, str]:
     """Return the words in types that are links -> what they link to: public classes, by either name.
 
-    Names of Python's own types that numpydoc would look up elsewhere stay words.
+    Names of Python's own types that numpydoc would look up elsewhere stay words; so do names of two classes.
     """
     classes = [name for name, thing in public().items() if inspect.isclass(thing)]
     short = {name.rpartition(".")[2]: name for name in reversed(classes)}
+    twice = [name for name in classes if public()[name] is not public()[short[name.rpartition(".")[2]]]]
+    short |= {word: word for word in (name.rpartition(".")[2] for name in twice)}
     return {word: word for word in DEFAULT_LINKS} | short | {name: name for name in classes}
 
 

@@ -24,6 +24,7 @@ def write(folder: Path) -> None:
         "What [`colias run NAME`](../commands/index.md#colias-run) runs, with the robot or with clips.\n"
         "[Run and change experiments](../../how-to/run-experiments.md) changes and compares them,"
         " and [Write experiments](../../how-to/experiments-claims-and-arenas.md) declares another.\n"
-        "`colias list parameters NAME` lists what `--set` changes, and [Results](../../results.md) has the claims.\n",
+        "`colias list parameters NAME` lists what `--set` changes, and"
+        " [Results](../../results/index.md) has the claims.\n",
         markdown.table(("Experiment", "What it shows", "With", "Repeats", "Models", "Claims"), rows),
     )

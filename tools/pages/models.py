@@ -46,7 +46,7 @@ def write(folder: Path) -> None:
         "Every model that ships: its equations, its parameters, and its response to one clip.\n"
         "`--model NAME` shows it in every command that takes models, and `dsnn.MODELS[NAME]` is its entry.\n"
         "[Add a model](../../how-to/add-a-model.md) writes another,"
-        " and [Looming detectors](../../results.md#looming-detectors) compares the looming detectors.\n",
+        " and [Looming detectors](../../results/looming.md#looming-detectors) compares the looming detectors.\n",
         table(("Model", "What it is", "Channels", "Literature"), rows),
         markdown.toctree(MODELS),
     )

@@ -29,6 +29,7 @@ import experiments
 from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
+from experiments.base import palette
 from experiments.declare.checks import MARGIN
 from experiments.declare.claim import texts
 from experiments.paper.claims.robot import PAIRS
@@ -231,6 +232,7 @@ def page(data: Mapping[str, Any], wasm: bytes, frames: Mapping[str, str]) -> str
     rows, columns = FOOTAGE_SHAPE
     template = jinja2.Template((SOURCES / "page.html").read_text(encoding="utf-8"), undefined=jinja2.StrictUndefined)
     text: str = template.render(
+        colours=palette.css(),
         style=(SOURCES / "style.css").read_text(encoding="utf-8"),
         data=json.dumps(data).replace("<", "\\u003c"),
         wasm=_base64(wasm),

@@ -5,8 +5,7 @@
  * @typedef {import("#network").Clip} Clip
  */
 
-const WARM = [255, 176, 64];
-const COOL = [92, 160, 255];
+const [BRIGHTER, DARKER] = ["brighter", "darker"].map(colourOf);
 const TALLEST = 3;
 
 /**
@@ -25,13 +24,22 @@ function paint(canvas, shape, colour) {
 }
 
 /**
- * Mix a colour that grows with the root of two shares, so that what is faint is seen.
- * @param {number} warm Share of the largest value.
- * @param {number} cool
+ * Read a colour of the page, as red, green and blue.
+ * @param {string} name
  */
-function tint(warm, cool) {
-  const [on, off] = [Math.sqrt(Math.max(0, Math.min(1, warm))), Math.sqrt(Math.max(0, Math.min(1, cool)))];
-  const part = (/** @type {0 | 1 | 2} */ i) => Math.min(255, Math.round(WARM[i] * on + COOL[i] * off));
+function colourOf(name) {
+  const hex = getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  return [1, 3, 5].map((place) => Number.parseInt(hex.slice(place, place + 2), 16));
+}
+
+/**
+ * Mix a colour that grows with the root of two shares, so that what is faint is seen.
+ * @param {number} brighter Share of the largest value.
+ * @param {number} darker
+ */
+function tint(brighter, darker) {
+  const [on, off] = [Math.sqrt(Math.max(0, Math.min(1, brighter))), Math.sqrt(Math.max(0, Math.min(1, darker)))];
+  const part = (/** @type {0 | 1 | 2} */ i) => Math.min(255, Math.round(BRIGHTER[i] * on + DARKER[i] * off));
   return part(0) + 256 * part(1) + 65536 * part(2);
 }
 

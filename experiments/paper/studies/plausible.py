@@ -178,8 +178,8 @@ def bound(result: Any) -> Tables:
     near = (held(result) != held(result, 1)).sum(axis=1) <= 1
     low, _ = proportion_interval(int(near.sum()), len(near))
     least = int(binom.ppf(0.05, ROBOTS, low))
-    told = {"agree": int(near.sum()), "of": len(near), "p": low, "least accepted": least, "weak": 2 * least < ROBOTS}
-    return {"Bound": [told]}
+    row = {"agree": int(near.sum()), "of": len(near), "p": low, "least accepted": least, "weak": 2 * least < ROBOTS}
+    return {"Bound": [row]}
 
 
 def accepted(verdicts: Verdicts, robots: Sequence[int], seen: Verdicts) -> dict[str, Any]:

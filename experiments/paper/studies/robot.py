@@ -1,11 +1,11 @@
-"""Studies and fits of the claims about the robot: eyes, wheels, and each parameter moved by itself."""
+"""Studies of the claims about the robot: eyes, wheels, and each parameter moved by itself."""
 
 from typing import Any
 
 import polars as pl
 
 from colias_sim.registers import GAMMA_VENDOR
-from experiments import Fit, Study
+from experiments import Study
 from experiments.paper.studies.onboard import BEST, CLAIMS, probe_of
 
 WHOLE = ("general", "speed", "distance", "angular-approach", "angular-recession")
@@ -44,14 +44,14 @@ FIDELITY = Study(
 LIGHTS = {"1": (), "0.1": ("scene.light=0.1", "camera.exposure_samples=2", "camera.row_bands=4")}
 TARGETS = {f"{target}": (f"camera.ae_target={target}",) for target in (60, 108, 150)}
 """Mean grey that the exposure loop aims at: darker than after a reset, as after a reset, and brighter."""
-GAMMA, LUMA = (OV7670, "camera.gamma=true"), "camera.ae_meter=luma"
+METERED = "camera.preset=ov7670-gamma-metered"
 RANGE = {
     "default": ("camera.preset=default", "camera.ae_target=108", "camera.exposure_samples=1", "camera.row_bands=6"),
     "ov7670": (OV7670,),
     "ov7670, falloff": (OV7670, "camera.vignetting=4"),
-    "gamma, metered": (*GAMMA, LUMA),
-    "gamma, not metered": GAMMA,
-    "steep gamma, metered": (*GAMMA, f"camera.gamma_points={','.join(map(str, GAMMA_VENDOR))}", LUMA),
+    "gamma, metered": (METERED,),
+    "gamma, not metered": ("camera.preset=ov7670-gamma",),
+    "steep gamma, metered": (METERED, f"camera.gamma_points={','.join(map(str, GAMMA_VENDOR))}"),
 }
 """The default eye has no loop, so one target is enough, and one render of all rows. The others are ``ov7670`` with a
 lens that falls off as the cosine to the fourth, with the sensor's gamma curve after a reset, or with the vendor's
@@ -116,53 +116,3 @@ SENSITIVITY = Study(
 PROBE = probe_of(DEFAULTS, f"{BEST} {DEFAULTS}")
 ONLY = dict.fromkeys((*READINGS, *APPARATUS), ("dsnn",))
 """What is kept of the models in every frame; the moves at which the network of the robot is not judged."""
-
-BOX = ("dsnn.t_sp=0.02..0.3", "dsnn.k_sp=1..3", "dsnn.n_con=4,6,8", "dsnn.d=1..4", "dsnn.tau_s.first=5..100",
-       "dsnn.tau_s.last=100..400")  # fmt: skip
-"""Parameters of the network that the paper leaves open. T goes below its 0.16 to 0.2, where the eye needs it."""
-EYE_BOX = ("camera.ae_target=60..220", "camera.gamma=false,true", "camera.vignetting=0..4", "scene.light=0.1..2")
-"""Parameters of eye and arena that no source settles, of which the study ``eye-range`` found that they matter."""
-FIT_EYE = Fit(
-    Study(
-        name="fit-eye",
-        summary="C13 to C20 together with the model of the robot's eye and its wheels",
-        claims=CLAIMS,
-        experiments=WHOLE,
-        assignments=(OV7670, "robot.preset=colias4"),
-        replicates=1,
-    ),
-    over=(*BOX, *EYE_BOX),
-    trials=2000,
-    share=20,
-    sample=64,
-    search_repeats=5,  # every setting of the eye is rendered anew; the judging anew plays the paper's ten
-)
-"""Search for a setting that keeps C13 to C20 together with the model of the robot's eye and its wheels."""
-FIT_IDEAL = Fit(
-    Study(
-        name="fit-ideal",
-        summary="C13 to C20 together under the default camera, over what the paper leaves open of the network",
-        claims=CLAIMS,
-        experiments=WHOLE,
-        replicates=1,
-    ),
-    over=BOX,
-    trials=200,
-    share=20,
-    sample=128,
-)
-"""The region in which C13 to C20 are kept together under the ideal eye: its size, and the claim that bounds it."""
-
-WINNER = ("dsnn.t_sp=0.0474296", "dsnn.k_sp=1.17751", "dsnn.n_con=6", "dsnn.d=2", "dsnn.tau_s=67.221,261.389",
-          "camera.ae_target=115.535", "camera.gamma=true", "camera.vignetting=2.17018",
-          "scene.light=1.49107")  # fmt: skip
-"""The winner of ``colias fit fit-eye`` at seed 0."""
-FITTED_FEEDBACK = Study(
-    name="fitted-feedback",
-    summary="C13 to C20 at the setting that fit-eye found, with a feedback of the pose in place of the wheels",
-    claims=CLAIMS,
-    experiments=WHOLE,
-    assignments=(OV7670, *WINNER),
-)
-"""With the robot's wheels that setting keeps C14 to C20, and C13 where a straight approach ends within 2 mm of its
-line. A feedback keeps every path on its line."""

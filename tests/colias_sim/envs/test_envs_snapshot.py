@@ -50,6 +50,8 @@ REST = {
     "Motors": "_config _step",
     "MotorBoard": "_slot _serial",
     "Camera": "_made_with _steps _eye _lamps _offscreen _renders_of _falloff _tone _noise _kernel",
+    "Rays": "_model _data _eye _own _steps _focal _step_ms shape _places _middle _axial _directions _robots _geoms"
+    " _robot_of _body_of",
     "Sensor": "_eye _offscreen _grey _strips",
     "Wander": "_obstacles _robot _speed _unheeded",
     "Orbit": "_robot _centre _distance _rates",
@@ -62,7 +64,9 @@ REST = {
 @every_env
 def test_every_attribute_is_in_a_list(name):
     """What a class of ours keeps, and no list has, would be forgotten."""
-    env = bare(name, observation="both", camera="ov7670", robot={"command_slot_ms": 100.0, "power_step_cm_s": 0.06})
+    env = bare(
+        name, observation="both", camera="ov7670", robot={"command_slot_ms": 100.0, "power_step_cm_s": 0.06}, truth=True
+    )
     env.reset(seed=0)
     env.step(env.action_space.sample())
     assert set(unlisted([env, env._sim], PARTS, REST)) == set()

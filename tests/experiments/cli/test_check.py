@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -200,6 +201,16 @@ def test_a_stimulus_s_mistake_breaks_its_law(flaw):
     methods, expected = FLAWS[flaw]
     found = broken(check.STIMULI, StimulusEntry("s", "", type("Flawed", (Square,), methods), ClipParams()))
     assert expected <= found and bool(found) == bool(expected), found
+
+
+def test_a_model_that_is_checked_is_shown_one_clip_and_its_controls():
+    lines = {
+        line.split()[0]: dict(re.findall(r"(\w+) (-?[\d.]+)", line[13:])) for line in check.vision(choose("hybrid"))
+    }
+    for channel in ("hs", "vs"):
+        shown, frozen, absent, mirrored, backward = map(float, lines[channel].values())
+        assert frozen == absent == 0.0 and shown > 0.0 > max(mirrored, backward)
+    assert lines["looming"]["frozen"] == lines["looming"]["absent"] == "0.5" and float(lines["looming"]["shown"]) > 0.5
 
 
 def test_the_command_ends_with_1_where_a_law_is_broken(tmp_path, monkeypatch):

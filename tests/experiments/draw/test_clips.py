@@ -52,7 +52,8 @@ def test_a_title_counts_the_curves_that_go_as_it_says(rising):
     clips = [{"speed": speed} for speed in (20.0, 60.0, 120.0)]
     sign = pl.when(pl.col("repeat") < rising).then(1.0).otherwise(-1.0)
     trials = with_responses(clip_trials(["dsnn"], clips, 4)).with_columns(response=0.5 + sign * pl.col("speed") / 300.0)
-    assert f" rises with speed of the object in {rising} of 4 " in course_finding(trials, "speed", "grey")
+    title, order = course_finding(trials, "speed", "grey")
+    assert f" rises with speed of the object in {rising} of 4 " in order and ("rises" in title) == (rising == 4)
 
 
 def test_the_direction_is_found_where_the_largest_potential_has_it():
@@ -132,7 +133,11 @@ def test_curves_are_means_of_responses_at_their_levels(kind, unit):
             means = [(at[along][0], sum(at["response"]) / len(at)) for at in of.partition_by(along)]
             assert of[by][0] is None or f"{of[by][0]:g}" in re.split(r"[ ,]+", line.get_label())
             np.testing.assert_allclose(line.get_xydata(), means)
-        labels = {text.get_text(): text.xy for text in axes.texts if text.get_text()[:1] not in ("", "T")}
+        labels = {
+            text.get_text(): text.xy
+            for text in axes.texts
+            if text.get_text() not in ("", "response") and text.get_text()[:1] != "T"
+        }
         ends = {line.get_label(): tuple(line.get_xydata()[-1]) for line in lines if line.get_label()[0] != "_"}
         assert labels == (ends if axes.get_subplotspec().rowspan.start == 0 else {})
         assert dashed(axes) == ([THRESHOLDS[model]] if THRESHOLDS[model] else [])
@@ -157,4 +162,8 @@ def test_ranges_reach_from_the_smallest_to_the_largest_response_of_each_model():
         assert sorted(found.pop((model, "dots"))) == sorted(crossing + alone)
         assert found.pop((model, "threshold"), [None] * 2) == [THRESHOLDS[model]] * 2
         above += [one > alone[-1] for one in crossing]
-    assert not found and list(map(int, re.findall(r"\d+", whole.get_suptitle())))[:2] == [sum(above), len(above)]
+    words = whole.get_suptitle() + whole._supxlabel.get_text()
+    assert not found and list(map(int, re.search(r"(\d+) of\s(\d+)\strials", words).groups())) == [
+        sum(above),
+        len(above),
+    ]

@@ -6,19 +6,20 @@ from unittest.mock import Mock
 import av
 import cv2
 import numpy as np
+import polars as pl
 import pytest
 from matplotlib.patches import Circle
 
 from experiments.base.errors import UsageError
 from experiments.base.files import part
+from experiments.base.palette import BRIGHTER, CHANNELS, DARKER, STILL, rgb
 from experiments.cli import main
 from experiments.draw import video
 from experiments.draw.video import Canvas, Reel, changes, film_times, make, moments, strip
 from experiments.kinds.episodes import load_behaviour
 from experiments.show.episodes import play
 from experiments.show.episodes import record as record_episode
-from experiments.show.record import OFF, ON, STILL
-from experiments.store.recordings import pictures_of
+from experiments.store.recordings import pictures_of, recording
 from tests.experiments.show.test_record import CONTENT, written
 from tests.experiments.show.test_trial import spec
 from tests.helpers.played import Played
@@ -108,9 +109,9 @@ def test_a_lane_has_its_own_model_s_potentials_thresholds_spikes_and_moments(tri
     ).tolist()
     for model, lane in canvas.lanes.items():
         assert lane.get_title("left").startswith(f"{model}:")
-        series = {line.get_linestyle(): line.get_xydata() for line in lane.lines if len(line.get_xdata()) > 2}
-        for style, name in (("-", "hs"), (":", "vs")):
-            np.testing.assert_array_equal(series[style], reel.values[model][name].T)
+        series = {line.get_color(): line.get_xydata() for line in lane.lines if len(line.get_xdata()) > 2}
+        for name in ("hs", "vs"):
+            np.testing.assert_array_equal(series[CHANNELS[name]], reel.values[model][name].T)
         levels = {line.get_ydata()[0] for line in lane.lines if [*line.get_xdata()] == [0, 1]}
         assert levels == {0.0, *reel.levels[model]}
         assert [line.get_xdata()[0] for line in lane.lines if [*line.get_ydata()] == [0, 1]] == moments
@@ -120,13 +121,14 @@ def test_a_lane_has_its_own_model_s_potentials_thresholds_spikes_and_moments(tri
         assert none == 0 < one == pytest.approx(back) and three > 1.5 * one
 
 
-def test_what_changed_is_warm_where_it_became_brighter_and_cool_where_darker():
+def test_what_became_brighter_and_what_became_darker_have_a_colour_each():
     """A bar that moves to the right by a column: brighter where it left, darker where it came to."""
     dark = np.full((2, 4, 6), 200, np.uint8)
     dark[0, :, 2:4], dark[1, :, 3:5] = 20, 20
     (_, first), (_, second) = changes(iter([(0.0, dark[0]), (0.1, dark[1])]))
-    assert (first == STILL).all(), "before the second picture nothing has changed"
-    np.testing.assert_array_equal(second[0], [STILL, STILL, ON, STILL, OFF, STILL])
+    still, brighter, darker = map(rgb, (STILL, BRIGHTER, DARKER))
+    assert (first == still).all(), "before the second picture nothing has changed"
+    np.testing.assert_array_equal(second[0], [still, still, brighter, still, darker, still])
 
 
 def test_the_picture_shown_is_the_last_one_that_was_taken(trial, monkeypatch):
@@ -169,6 +171,8 @@ def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     result, reel = trial
     strip(reel, tmp_path / "strip.png", 3)
     assert cv2.imread(str(tmp_path / "strip.png")).shape[1] == 1800
+    (lane,) = Canvas(reel, (1800, 900), [0.5]).lanes.values()
+    assert {f"T = {max(reel.levels['dsnn']):g}"} <= {text.get_text() for text in lane.texts}
     times = reel.time_s[[0, result.frames // 2, -1]].tolist()
     canvas = Canvas(reel, (1800, 900), times)
     canvas.strip(times, list(reel.seen(times)))
@@ -203,3 +207,14 @@ def test_a_film_that_the_disk_has_no_room_for_gets_no_name(trial, tmp_path, endi
     with pytest.raises(OSError, match=f"film{ending}.*full"):
         make(trial[1], out, SIZE, 5.0)
     assert not out.exists() and not part(out).is_symlink()
+
+
+def test_the_recording_that_opens_first_is_of_a_trial_in_which_a_model_spikes(tmp_path):
+    places = [tmp_path / "recordings" / f"trial-{number:04d}.rrd" for number in range(4)]
+    places[0].parent.mkdir()
+    for place in places:
+        place.touch()
+    assert recording(tmp_path, None) == places[0], "of none it is known"
+    rows = {"trial": [0, 0, 3, 2, 2], "model": [*"abaab"], "spikes": [0, None, 1, 0, 5]}
+    pl.DataFrame(rows).write_parquet(tmp_path / "trials.parquet")
+    assert recording(tmp_path, None) == places[2] and recording(tmp_path, 3) == places[3]

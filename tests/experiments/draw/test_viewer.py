@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import experiments
-from experiments.base.palette import colours
+from experiments.base.palette import BRIGHTER, CHANNELS, DARKER, rgb
 from experiments.cli import main
 from experiments.draw import viewer
 from experiments.settings.models import choose
-from experiments.show.record import OFF, ON, rgb
 from tests.experiments.show.test_trial import spec
 from tests.helpers.played import Played
 from tests.helpers.processes import CLI, members, start, wait_until
@@ -30,16 +29,16 @@ Recorded = tuple[Path, dict[str, set[str]], set[str]]
 
 
 def trial(folder: Path) -> Recorded:
-    models = {"dsnn": {"", "/spikes", *(f"/maps/{name}" for name in ("p", "la", "f_on", "f_off"))}, "emd": {""},
-              "lplc2": {"", "/spikes"}}  # fmt: skip
+    models = {"dsnn": {"", *(f"/maps/{name}" for name in ("p", "la", "f_on", "f_off"))}, "emd": {""},
+              "lplc2": {""}}  # fmt: skip
     path = folder / "trial.rrd"
     path.write_bytes(Played(spec(models=tuple(map(choose, models))), maps=True).recording)
-    return path, models, {"/world", CAMERA}
+    return path, models, {"/world", "/about", CAMERA}
 
 
 def watched(folder: Path) -> Recorded:
     run = experiments.watch("plain", out=folder / "run", quiet=True)
-    return run.recordings[0], {"dsnn": {"", "/spikes"}}, {CAMERA}
+    return run.recordings[0], {"dsnn": {""}}, {CAMERA}
 
 
 def episode(folder: Path) -> Recorded:
@@ -49,8 +48,8 @@ def episode(folder: Path) -> Recorded:
     for step in range(20):
         env.step(np.array([0.4, 0.3 + 0.02 * step], np.float32))
     env.close()
-    others = {"/world", CAMERA, "/world/observer/wheels", "/reward"}
-    return folder / "episode.rrd", {"hybrid": {"", "/spikes", "/azimuth"}}, others
+    others = {"/world", "/about", CAMERA, "/world/observer/wheels", "/reward"}
+    return folder / "episode.rrd", {"hybrid": {"/hs", "/vs", "/looming", "/azimuth"}}, others
 
 
 def decoded(content: bytes) -> np.ndarray:
@@ -59,7 +58,7 @@ def decoded(content: bytes) -> np.ndarray:
 
 @pytest.mark.skipif(not DRIVERS, reason="no Vulkan: on Debian run 'apt-get install mesa-vulkan-drivers'")
 @pytest.mark.parametrize("kind", [trial, watched, episode])
-def test_the_first_screen_has_every_view_and_traces_in_the_models_colours(kind, tmp_path, monkeypatch):
+def test_the_first_screen_has_every_view_and_traces_in_their_hues(kind, tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     shown, paint = set(), viewer._painted
 
@@ -77,8 +76,9 @@ def test_the_first_screen_has_every_view_and_traces_in_the_models_colours(kind, 
     assert main.command(["view", str(path), "--screenshot", str(tmp_path / "screen.png")]) == 0
     assert shown == others | {f"/models/{model}{part}" for model, parts in models.items() for part in parts}
     screen = decoded((tmp_path / "screen.png").read_bytes())
-    least = {rgb(tint): screen.shape[1] / 3 for tint in colours(models).values()}  # a trace crosses its lane
-    for colour, count in {**least, **(dict.fromkeys((ON, OFF), 20) if kind is trial else {})}.items():
+    least = {rgb(CHANNELS["hs"]): screen.shape[1] / 3}  # a trace crosses its lane
+    changed = dict.fromkeys(map(rgb, (BRIGHTER, DARKER)), 20) if kind is trial else {}
+    for colour, count in {**least, **changed}.items():
         assert (np.abs(screen - colour).sum(axis=2) <= NEAR).sum() > count, colour
 
 

@@ -79,7 +79,7 @@ def test_every_claim_has_a_least_number_of_trials(claim):
     assert outcome(claim, enough(claim, least), T).verdict == "holds"
     for n in range(1, least):
         few = outcome(claim, enough(claim, n), T)
-        assert (few.verdict, few.decided, few.least) == ("not shown", "", least)
+        assert (few.verdict, few.decided) == ("not shown", "") and str(least) in few.deciding
     assert outcome(claim, [], T).verdict == "not shown"
 
 

@@ -51,6 +51,20 @@ def test_a_mean_of_spikes_is_of_its_own_condition_and_has_no_end_below_none():
     assert found == {"value": 1.0, "n": 3, "ci_low": 0.0, "ci_high": pytest.approx(1.0 + 4.303, abs=1e-3)}, "Student's"
 
 
+def test_agreement_with_the_truth_is_a_mean_within_its_bounds_and_its_slope_a_line():
+    """Gains of 0.5 - 0.01 times the speed; a trial without a number does not count."""
+    rows = [
+        {"speed_cm_s": speed, "true_gain": 0.5 - 0.01 * speed, "true_hs_flow_r": r, "true_sign": 1.0}
+        for speed, r in zip(SPEEDS, (0.2, 0.9, 1.0, 0.7), strict=True)
+    ]
+    lost = {"speed_cm_s": 50.0, "true_gain": None, "true_hs_flow_r": None, "true_sign": None}
+    slope, r, sign = (measured(f"true-{name}", {}, [*rows, lost]) for name in ("gain-slope", "r", "sign"))
+    assert slope["value"] == pytest.approx(-0.01) and measured("true-gain-slope", {}, rows[:1])["value"] is None
+    assert r["value"] == pytest.approx(0.7) and -1.0 <= r["ci_low"] < r["ci_high"] <= 1.0
+    assert (sign["value"], sign["ci_low"], sign["ci_high"]) == (1.0, 1.0, 1.0)
+    assert measured("true-r", {}, [lost])["value"] is None
+
+
 def test_what_has_no_peak_has_no_value():
     rows = rows_of((0.1, 0.5, 0.8, 0.7))
     assert COUNT([{**row, "spikes": 0} for row in rows])["value"] is None

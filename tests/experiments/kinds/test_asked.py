@@ -22,7 +22,8 @@ def asked_of_every_kind(folder):
     log.write_text(LOG, encoding="utf-8")
     with_own = {"models": ("dsnn:n_con=6", str(model)), "only": True}
     return {
-        "trials": Asked(kind="trials", what=("speed",), repeats=2, seed=3, **with_own, options={"eyes": "both"} | SAVED,
+        "trials": Asked(kind="trials", what=("speed",), repeats=2, seed=3, **with_own,
+                        options={"eyes": "both", "truth": True} | SAVED,
                         values={"experiment.speeds_cm_s": [4, 6.5], "camera.read_noise": 0}),
         "clips": Asked(kind="clips", what=("clean",), repeats=1, **with_own, options=SAVED),
         "episodes": Asked(kind="episodes", what=("fixation",), repeats=2, seed=5, values={"noise": 0.5}),

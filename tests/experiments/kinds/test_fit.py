@@ -17,7 +17,6 @@ from experiments.judge.sweep import MOST_SLACK, slack
 from experiments.judge.tests import proportion_interval
 from experiments.kinds import sweep
 from experiments.kinds.fit import RESULTS, at, box_of, plan, scored, spread, study_of
-from experiments.kinds.tables import FITS
 from experiments.store.asked import Asked
 
 pytest.importorskip("optuna")
@@ -235,11 +234,6 @@ def test_a_claim_that_holds_in_some_replicates_is_not_kept():
     (row,) = scored(pl.DataFrame(rows, RESULTS, orient="row")).to_dicts()
     assert row == {"setting": 0, "satisfied": 1, "claims": 2, "least slack": -5.0, "slack one": -5.0,
                    "slack other": 2.0, "mean slack": 1.0}  # fmt: skip
-
-
-def test_the_fits_that_ship_can_be_made():
-    rendered = {name for name in FITS if plan(Asked(kind="fit", what=(name,))).declared.outside}
-    assert rendered == {"fit-eye", "fit-clips"}, "eye and px a frame are free there"
 
 
 # --- the box ----------------------------------------------------------------------------------------------------------

@@ -189,7 +189,11 @@ def test_a_figure_has_the_table_s_numbers_at_the_levels_that_its_ticks_name(kind
             found[title, across(i), up(j)] = value, texts.get((i, j))
         assert panel.images[0].get_clim() == ((0.0, 1.0) if texts else (min(values), max(values)))
     assert found == {at: (pytest.approx(value, nan_ok=True), more) for at, (value, more) in expected.items()}
-    assert "n = 5," in figure._supxlabel.get_text()
+    shares = [value for (name, *_), (value, _) in expected.items() if not name.startswith("peak")]
+    told = [shares.count(1.0), len(shares), *[8] * flat, *([min(values), max(values)] if values else [])]
+    what, _, further = figure._supxlabel.get_text().partition("from seed 0.")
+    numbers = map(float, re.findall(r"-?\d+(?:\.\d+)?", figure.get_suptitle() + further.partition("Whiskers")[0]))
+    assert list(numbers)[: len(told)] == pytest.approx(told, rel=0.01) and "n = 5," in what
 
 
 # --- the plan ---------------------------------------------------------------------------------------------------------

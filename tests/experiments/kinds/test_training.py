@@ -10,9 +10,10 @@ import pytest
 from scipy import stats
 
 from colias_sim import CameraConfig, RobotConfig
+from colias_sim.envs import NEURAL
 from dsnn import Response
 from experiments import UsageError
-from experiments.declare.behaviour import SENSED, WHEELS, TrainedPolicy, load_policy, sense, steer
+from experiments.declare.behaviour import WHEELS, TrainedPolicy, load_policy, sense, steer
 from experiments.judge.scores import SUMMARY
 from experiments.kinds import training as train
 from experiments.kinds.episodes import load_behaviour
@@ -21,6 +22,8 @@ from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 
 OPTOMOTOR = "colias_sim/Optomotor-v0"
+SENSED = len(NEURAL) + WHEELS
+"""Senses of a network: the neural observation, and its last command to the wheels."""
 UNTRAINED = TrainedPolicy(OPTOMOTOR, seed=3, steps=512, envs=2, hidden=(5, 4))
 
 

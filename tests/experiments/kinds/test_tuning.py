@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from experiments.base.palette import TITLES
 from experiments.draw.tuning import LABELS, MEASURES, draw
 from experiments.judge import curves
 from experiments.kinds import tuning as tune
@@ -107,7 +108,7 @@ def test_a_figure_has_the_points_of_each_model_at_their_places(curve):
         rows.append(row | {"spikes": int(rng.integers(9)), "contact_s": x * rng.uniform(1, 3)})
     figure, model = draw(table(rows), along, {}), ""
     assert {axes.get_xlabel() for axes in figure.axes if axes.images or axes.lines} - {""} == {LABELS[along[0]]}
-    for place, axes in enumerate(axes for axes in figure.axes if axes.images or axes.lines):
+    for axes in (axes for axes in figure.axes if axes.images or axes.lines):
         model = axes.get_title("left") or model
         own = [row | {"angle_deg": 2 * math.degrees(math.atan(row["x"] / row["contact_s"]))}
                for row in rows if (row["model"], row["repeat"]) == (model, 0)]  # fmt: skip
@@ -124,10 +125,9 @@ def test_a_figure_has_the_points_of_each_model_at_their_places(curve):
             values = {"hs": row["hs"], "vs": row["vs"]} if curve == "direction" else {row["line"]: row[column]}
             for name, value in values.items() if row["line"] != "square" else ():
                 expected.setdefault(name, []).append([row["x"], value])
-        drawn = {line.get_color(): line.get_xydata().tolist() for line in axes.lines if line.get_marker() == "o"}
-        assert sorted(drawn.values()) == sorted(expected.values()) and model in "ab"
-        labels = {text.get_text(): (drawn[text.get_color()], list(text.xy)) for text in axes.texts}
-        assert labels == ({name: (points, points[-1]) for name, points in expected.items()} if place == 0 else {})
+        drawn = {line.get_label(): line.get_xydata().tolist() for line in axes.lines if line.get_marker() == "o"}
+        assert drawn == {TITLES.get(name, name): points for name, points in expected.items()} and model in "ab"
+        assert [text.get_text() for legend in figure.legends for text in legend.get_texts()] == list(drawn)
 
 
 # --- clips and models -------------------------------------------------------------------------------------------------

@@ -120,6 +120,16 @@ def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypat
     assert second["us_99x72_low"] is second["false_alarms"] is None, "one round has no interval"
 
 
+def test_the_gain_is_the_score_over_that_of_the_best_control_but_for_mirror_and_shuffle():
+    rights = {"m": 4, "m~frozen": 1, "m~absent": 0, "m~reversed": 2, "m~mirrored": 3, "m~shuffled": 3, "alone": 4}
+    shown = table(*({"shown": way, "right": i < count, "strength": 1.0, "model": name}
+                    for name, count in rights.items() for i, way in enumerate(SIGNED)))  # fmt: skip
+    models = [dataclasses.replace(choose("emd"), label=name) for name in ("m", "alone")]
+    (ranked,) = board.rank({DIRECTION: models}, {"robot": shown, DIRECTION: shown}, {}).values()
+    assert dict(ranked.select("model", "gain").rows()) == {"m": 0.5, "alone": None}
+    assert "gain" in board.measures(ranked)
+
+
 def test_each_model_stands_on_the_boards_of_its_channels():
     parts = board.parts_of(planned(*MODELS))
     boards = {part: {model.label for model in parts[part][0].models} for part in (DIRECTION, LOOMING)}
@@ -166,6 +176,13 @@ def few(monkeypatch):
     monkeypatch.setattr(board, "ROBOT", robot)
     monkeypatch.setattr(board, "clip_experiments", some)
     monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
+
+
+def test_a_board_with_controls_ranks_the_same_models_and_has_their_gain(tmp_path, few):
+    asked = Asked(kind="leaderboard", models=("emd",), only=True, repeats=1, options={"controls": True})
+    run = perform(board.plan(asked), tmp_path / "out", Workers(0, quiet=True))
+    (row,) = board.tables(run)[DIRECTION].to_dicts()
+    assert row["model"] == "emd" and 0.5 < row["gain"] <= 1.0
 
 
 def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):

@@ -12,11 +12,10 @@ import pytest
 from colias_sim import SceneConfig
 from colias_sim.obstacles import Obstacle
 from dsnn import MODELS, Response, ResponseSeries
-from experiments.base.palette import colours
+from experiments.base.palette import BRIGHTER, CHANNELS, DARKER, STILL, rgb
 from experiments.draw.video import model_part
 from experiments.draw.viewer import program
 from experiments.show import record
-from experiments.show.record import OFF, ON, STILL
 from experiments.show.recording import map_colours
 from scenes import WALL_HEIGHT_CM
 from tests.helpers.recordings import columns
@@ -63,12 +62,39 @@ def test_what_is_written_is_read_back(tmp_path):
     assert not [entity for entity in held if any(part.isdigit() for part in re.split("[/_]", entity))], "no value"
 
 
-def test_a_model_has_the_colour_of_the_figures_and_no_two_of_its_channels_look_alike(tmp_path):
+def test_strokes_stand_beyond_the_potentials_at_the_frames_that_spike_on_the_side_of_their_sign(tmp_path):
+    held = columns(written(tmp_path / "a.rrd"), static=False)
+    for channel, counts in (("hs", COUNTS), ("vs", -COUNTS), ("looming", np.ones(COUNT))):
+        entity = held[f"/{record.model_entity('dsnn')}/strokes/{channel}"]
+        ends, spiking = np.reshape(entity["scalars"], (-1, 3)), np.flatnonzero(counts)
+        assert entity["frame"] == np.repeat(spiking, 3).tolist()
+        assert (np.sign(ends[:, :2]) == np.sign(counts[spiking])[:, None]).all() and np.isnan(ends[:, 2]).all()
+        assert (np.abs(ends[:, 0]) > 1.0).all() and (np.abs(ends[:, 0]) < np.abs(ends[:, 1])).all()
+        assert (np.argsort(np.abs(ends[:, 1] - ends[:, 0]), kind="stable") ==
+                np.argsort(np.abs(counts[spiking]), kind="stable")).all(), "more spikes, a longer stroke"  # fmt: skip
+
+
+def test_an_episode_has_a_lane_for_each_channel_and_no_plot_a_legend():
+    model = record.RecordedModel("hybrid", ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7)))
+    reward = (("reward", ("one", "two"), "terms"),)
+    rows = [view for _, view in record.views(record.Content((model,), above=True, plots=reward))]
+    root = f"/{record.model_entity('hybrid')}"
+    assert [view.origin for view in rows] == [
+        f"{root}/hs",
+        f"{root}/vs",
+        f"{root}/looming",
+        f"{root}/azimuth",
+        "/reward",
+    ]
+    assert "one teal, two pink" in rows[-1].name and "HS blue" in rows[0].name
+
+
+def test_a_channel_has_its_hue_in_every_model(tmp_path):
     held = columns(written(tmp_path / "a.rrd"), static=True)
-    for label, tint in colours(model.label for model in CONTENT.models).items():
-        root = f"/{record.model_entity(label)}"
-        assert colour(held[f"{root}/hs"]) == colour(held[f"{root}/spikes/hs"]) == record.rgb(tint)
-        assert len({colour(held[f"{root}/{channel}"]) for channel in ("hs", "vs", "looming")}) == 3
+    for model in CONTENT.models:
+        root = f"/{record.model_entity(model.label)}"
+        for channel, hue in CHANNELS.items():
+            assert colour(held[f"{root}/{channel}"]) == colour(held[f"{root}/spikes/{channel}"]) == rgb(hue)
 
 
 def test_a_robot_and_an_obstacle_have_their_sizes_in_cm(tmp_path):
@@ -85,12 +111,13 @@ def test_a_robot_and_an_obstacle_have_their_sizes_in_cm(tmp_path):
 
 
 @pytest.mark.parametrize(("layer", "grey", "tint"), [
-    ("p", 138, ON), ("p", 118, OFF), ("la", 168, ON), ("la", 88, OFF), ("f_on", 128, ON), ("f_off", 128, OFF),
+    ("p", 138, BRIGHTER), ("p", 118, DARKER), ("la", 168, BRIGHTER), ("la", 88, DARKER), ("f_on", 128, BRIGHTER),
+    ("f_off", 128, DARKER),
 ])  # fmt: skip
-def test_a_layer_is_warm_where_it_became_brighter_and_cool_where_darker(layer, grey, tint):
+def test_a_layer_has_the_colours_of_brighter_and_darker_pixels(layer, grey, tint):
     """The full colour is that of 40 grey levels, or of an F of 1."""
     still = 0 if layer.startswith("f") else 128
-    assert [map_colours(layer)[value] for value in (still, grey)] == [STILL, tint]
+    assert [map_colours(layer)[value] for value in (still, grey)] == [rgb(STILL), rgb(tint)]
 
 
 def test_a_recording_is_made_without_room_for_temporary_files(monkeypatch):

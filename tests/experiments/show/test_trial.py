@@ -5,9 +5,11 @@ import math
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
+from colias_sim.truth import COLUMNS
 from dsnn.model import MAP_SCALES
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import Angular, Egomotion, Experiment, Translation, visit
@@ -15,6 +17,7 @@ from experiments.settings.models import choose
 from experiments.settings.settings import Settings
 from experiments.show import course, robot
 from experiments.show.robot import RobotTrial, trial_seed, trials_of
+from experiments.show.trial_rows import AGREEMENT, agreement
 from tests.helpers.played import Played
 
 
@@ -37,6 +40,36 @@ def test_same_specification_same_numbers_whatever_ran_before():
     assert Played(spec()).equals(first)
     robot.forget_simulations()  # a newly compiled scene, a new OpenGL context
     assert Played(spec(), maps=True).equals(first)
+
+
+def test_truth_adds_columns_of_what_is_in_view_and_changes_nothing():
+    plain = Played(spec(speed=20.0))
+    told = Played(dataclasses.replace(spec(speed=20.0), truth=True))
+    (row,), (before,) = told.record.rows, plain.record.rows
+    assert {name: value for name, value in row.items() if name not in AGREEMENT} == before
+    assert row["true_hs_view_r"] > 0.8 and row["true_sign"] > 0.9 and row["true_gain"] > 0.05
+    frames = told.record.frames
+    assert frames.drop(COLUMNS).equals(plain.record.frames)
+    rightward, bearing = frames["true_flow_x"].to_numpy(), frames["stimulus_bearing_deg"].to_numpy()
+    assert np.isnan(rightward[np.abs(bearing) > 60]).all() and (rightward[np.abs(bearing) < 25] > 2).all()
+    near = int(np.abs(bearing).argmin())
+    width = 2 * math.degrees(math.asin(2.0 / plain.columns.stimulus_x_cm[near : near + 1].item()))
+    assert frames["true_width_deg"][near] == pytest.approx(width, rel=0.35)  # about: the lens is ahead of the middle
+    assert frames["true_interval_ms"].to_list()[1:] == pytest.approx([1000 / 30] * (frames.height - 1))
+
+
+def test_a_potential_in_proportion_to_the_flow_agrees_in_full():
+    """And one of the other sign in nothing; in what does not move there is nothing to agree with."""
+    flow = [None, 0.0, 1.0, 2.0, -1.0, None]
+    frames = pl.DataFrame({"true_flow_x": flow, "true_view_x": [x and x / 5 for x in flow], "vs": [0.0] * 6})
+    frames = frames.with_columns(true_flow_y=pl.lit(0.0), true_view_y=pl.lit(None))
+    for gain in (0.25, -0.25):
+        found = agreement(frames.with_columns(hs=gain * pl.col("true_flow_x").fill_null(0.0)))
+        assert found["true_hs_flow_r"] == pytest.approx(np.sign(gain)) == found["true_hs_view_r"]
+        assert (found["true_gain"], found["true_sign"]) == (pytest.approx(gain), float(gain > 0))
+        assert found["true_vs_flow_r"] is found["true_vs_view_r"] is None
+    silent = agreement(frames.with_columns(hs=0.0, true_flow_x=pl.lit(None)))
+    assert set(silent) == set(AGREEMENT) and not any(value is not None for value in silent.values())
 
 
 @pytest.mark.parametrize("labels", [("dsnn", "dsn2017"), ("dsn2017", "dsnn")])
