@@ -71,10 +71,8 @@ CHANCE = {"direction_": 0.25, "auc_": 0.5}
 """Beginning of a measure -> what guessing gets."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
-NOTE = (
-    "Next to a score: its 95 % interval, with the repeats of a condition as one cluster; of a time to contact,"
-    " the median over l/v, the smallest and the largest."
-)
+NOTE = "Next to a score: its 95 % interval, with the repeats of a condition as one cluster."
+CONTACT = " Of a time to contact: the median over l/v, the smallest and the largest."
 
 REPEATS = 5
 TRANSLATION, DEPTH = tuple(SIGNED), ("looming", "receding")
@@ -404,7 +402,7 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
              for name, shape in TIMES.items()}  # fmt: skip
     for board, table in rank(models, responses, times).items():
         Files(out).write_rows(f"{FILES[board]}.csv", table.to_dicts())
-        style.save(scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE), out / FILES[board])
+        style.save(scoreboard.draw(table, LABELS, CHANCE, finding(board, table), note(table)), out / FILES[board])
 
 
 def _responses(parts: Sequence[Plan[Any]], out: Path, pool: Workers) -> pl.DataFrame:
@@ -434,12 +432,18 @@ def _table(path: Path) -> pl.DataFrame:
     return pl.read_csv(path, schema_overrides={**types, "model": pl.String})
 
 
+def note(table: pl.DataFrame) -> str:
+    """Return what stands next to a board's scores."""
+    shown = any(table[name].count() for name in table.columns if name.startswith("contact_"))
+    return NOTE + CONTACT * shown
+
+
 def draw(run: Run) -> Figure:
     """Draw the first board of a run, from its folder alone; `UsageError` without one."""
     from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
 
     for board, table in tables(run).items():
-        return scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE)
+        return scoreboard.draw(table, LABELS, CHANCE, finding(board, table), note(table))
     raise UsageError(f"{run.folder}: no {FILES[DIRECTION]}.csv there: the run is not finished")
 
 
@@ -450,7 +454,7 @@ def show(run: Run) -> None:
     boards = tables(run)
     for name, table in boards.items():
         scoreboard.show(table, measures(table), f"Ranked by {name}")
-        out_console.print(f"{NOTE} Empty: does not apply, or no response.")
+        out_console.print(f"{note(table)} Empty: does not apply, or no response.")
     show_files(run.folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
 
 
