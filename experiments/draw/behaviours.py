@@ -80,9 +80,9 @@ def finding(summary: pl.DataFrame) -> str:
         alike = [name for name, end in rows.select("behaviour", far).rows() if sign * end >= sign * rows[near][0]]
         if len(alike) <= max(2, len(names) // 2):
             return f"{short}: {' or '.join(alike)} has {most} {measure} of {len(names)} behaviours"
-        worse = len(names) - len(alike)
-        text = f"{names[0]} has {more} {measure} than {worse} of {len(names) - 1} others"
-        return f"{short}: {text if worse else f'no {measure} stands out'}"
+        if worse := len(names) - len(alike):
+            return f"{short}: {names[0]} has {more} {measure} than {worse} of {len(names) - 1} others"
+        return f"{short}: no behaviour's {measure} stands out"
     return f"{short}: return by behaviour"
 
 
