@@ -19,7 +19,7 @@ from experiments.declare.experiment import Experiment
 from experiments.draw.terminal import show_silent, show_verdicts
 from experiments.judge import stored
 from experiments.judge.judge import flaws, judge
-from experiments.judge.tests import least_of_pairs, p_text, summary_rows
+from experiments.judge.tests import LEVEL, least_of_pairs, p_text, summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
@@ -274,13 +274,18 @@ def draw(run: Run) -> Figure:
                       run.thresholds, title, run.excitations)  # fmt: skip
 
 
+def _by_model(table: pl.DataFrame) -> pl.DataFrame:
+    """Return a table's rows with those of a model below each other, in the order of the models' first ones."""
+    return pl.concat(table.partition_by("model", maintain_order=True)) if "model" in table.columns else table
+
+
 def show(run: Run) -> None:
     """Print what a run comes to: its table, the verdicts, tests between models, and where everything is."""
     rows = whole_networks(run)
     models = {row["model"] for row in rows}
     varies = varying(rows, run.description["experiment"]["varies"])
     if rows:
-        console.show(_table(run, models, varies))
+        console.show(_by_model(_table(run, models, varies)))
     out_console.print()
     named = len(models | {verdict.model for verdict in run.verdicts if verdict.model}) > 1
     show_verdicts(run.verdicts, model=named, provenance=run.provenance if run.measured else "")
@@ -295,9 +300,14 @@ def show(run: Run) -> None:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
         title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
-        words = [p_text(p, least_of_pairs(n)) for p, n in run.comparisons.select("p_holm", "n").rows()]
+        few = {n: least for n in run.comparisons["n"].unique().sort() if (least := least_of_pairs(n)) > LEVEL}
+        words = ["n < 6" if n in few else p_text(p, 0.0) for p, n in run.comparisons.select("p_holm", "n").rows()]
         difference = pl.col("mean_difference").round(3) + 0.0  # a difference below a thousandth is 0, and 0 has no sign
-        console.show(run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words)), title)
+        table = run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words))
+        console.show(_by_model(table), title)
+        if few:
+            told = ", ".join(f"with {count(n, 'pair')} no p is below {least:.2g}" for n, least in few.items())
+            out_console.print(f"n < 6: {told}")
     elif rows and len(models) > 1:
         out_console.print("\nmodels are not compared: fewer than two of them spiked or were silent in the same trial")
     if rows and (beware := flaws(run.trials.to_dicts())):
