@@ -69,8 +69,7 @@ def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> s
 
 def finding(summary: pl.DataFrame) -> str:
     """Return which behaviours are best as far as 95 % intervals tell: of returns, or without these of collisions."""
-    env = summary["env"][0]
-    short = env.partition("/")[2]
+    env, short = summary["env"][0], summary["env"][0].partition("/")[2]
     rates = [(rate, "the fewest", "fewer", -1) for rate in ENVS[env].collisions[:1]]
     for measure, most, more, sign in ((RETURN, "the highest", "a higher", 1), *rates):
         rows = summary.filter(measure=measure).sort("value", descending=sign > 0, maintain_order=True)
@@ -104,9 +103,8 @@ def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame) -> None:
         if measure in rates:  # a short episode's interval is wide
             sizes = summary.filter(measure=measure).select(pl.concat_list(ENDS).explode()).to_series()
             style.decades(axes, sizes.drop_nulls())
-        if axes.get_xscale() != "linear":
-            axes.set_xlabel("logarithmic", fontsize=style.SMALL)
-        else:
+        axes.set_xlabel("logarithmic" * (axes.get_xscale() != "linear"), fontsize=style.SMALL)
+        if axes.get_xscale() == "linear":
             axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
         axes.grid(axis="y", lw=0.3)
     panels[0].set_yticks(range(len(names)), names)

@@ -280,8 +280,7 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     grid[-1, 0].set_xlabel(axis(varies))
     grid[-1, 1].set_xlabel(label)
     style.legend(figure, grid[:, 0])
-    several = rows.group_by("model", *CONDITION_COLUMNS).len()["len"].max() != 1
-    traces = "Potentials: means; bands: range of the trials; dashes: T." if several else "Dashes: T."
+    traces = "Potentials: means; bands: range of the trials; dashes: T." if fewest > 1 else "Dashes: T."
     _caption(figure, title, rows, varies, traces, order, rise)
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
     right = grid[0, 1].get_xlim()[1]
@@ -371,8 +370,7 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     style.headline(figure, whole)
     style.legend(figure, grid[:2, 0])
     left = f"Leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion, as w_i = {w_i:g}."
-    bands = "Lines: means; bands: 95 % intervals." * (n > 1)
-    run = f"{title}. {WHOLE}, n = {n} per condition."
+    run, bands = f"{title}. {WHOLE}, n = {n} per condition.", "Lines: means; bands: 95 % intervals." * (n > 1)
     style.caption(figure, run, bands, FILLED, left, f"With w_i = 1: {balanced}.")
     return figure
 

@@ -274,18 +274,13 @@ def draw(run: Run) -> Figure:
                       run.thresholds, title, run.excitations)  # fmt: skip
 
 
-def _by_model(table: pl.DataFrame) -> pl.DataFrame:
-    """Return a table's rows with those of a model below each other, in the order of the models' first ones."""
-    return pl.concat(table.partition_by("model", maintain_order=True)) if "model" in table.columns else table
-
-
 def show(run: Run) -> None:
     """Print what a run comes to: its table, the verdicts, tests between models, and where everything is."""
     rows = whole_networks(run)
     models = {row["model"] for row in rows}
     varies = varying(rows, run.description["experiment"]["varies"])
     if rows:
-        console.show(_by_model(_table(run, models, varies)))
+        console.show(_table(run, models, varies))
     out_console.print()
     named = len(models | {verdict.model for verdict in run.verdicts if verdict.model}) > 1
     show_verdicts(run.verdicts, model=named, provenance=run.provenance if run.measured else "")
@@ -303,11 +298,10 @@ def show(run: Run) -> None:
         few = {n: least for n in run.comparisons["n"].unique().sort() if (least := least_of_pairs(n)) > LEVEL}
         words = ["n < 6" if n in few else p_text(p, 0.0) for p, n in run.comparisons.select("p_holm", "n").rows()]
         difference = pl.col("mean_difference").round(3) + 0.0  # a difference below a thousandth is 0, and 0 has no sign
-        table = run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words))
-        console.show(_by_model(table), title)
+        console.show(run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words)), title)
         if few:
-            told = ", ".join(f"with {count(n, 'pair')} no p is below {least:.2g}" for n, least in few.items())
-            out_console.print(f"n < 6: {told}")
+            told = (f"with {count(n, 'pair')} no p is below {least:.2g}" for n, least in few.items())
+            out_console.print("n < 6:", ", ".join(told))
     elif rows and len(models) > 1:
         out_console.print("\nmodels are not compared: fewer than two of them spiked or were silent in the same trial")
     if rows and (beware := flaws(run.trials.to_dicts())):
@@ -322,6 +316,7 @@ def _table(run: Run, models: set[str], varies: Sequence[str]) -> pl.DataFrame:
     values = [pl.col(column).filter(quantity=name).first().alias(name if column == "mean" else column)
               for name in known for column in SHOWN[name]]  # fmt: skip
     table = shown.group_by(keys, maintain_order=True).agg(pl.col("n").max(), *values)
+    table = pl.concat(table.partition_by("model", maintain_order=True))
     return table.select(*varies, "n", *table.columns[len(keys) + 1 :])
 
 

@@ -60,8 +60,8 @@ LABELS = {
     "auc_recession": "AUC, looming against recession, clips",
     "auc_background": "AUC, looming against background, clips",
     "answered": "share of looming clips with spikes",
-    "contact_dark_s": "time to contact, dark (s)",
-    "contact_light_s": "time to contact, light (s)",
+    "contact_dark_s": "time to contact, dark (s), median and range over l/v",
+    "contact_light_s": "time to contact, light (s), median and range over l/v",
     "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
     "alarms_background": "false alarms, background (1/min)",
     "us_99x72": "µs per frame of 99x72 (logarithmic)", "us_320x180": "µs per frame of 320x180 (logarithmic)",
@@ -72,7 +72,6 @@ CHANCE = {"direction_": 0.25, "auc_": 0.5}
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
 NOTE = "Next to a score: its 95 % interval, with the repeats of a condition as one cluster."
-CONTACT = " Of a time to contact: the median over l/v, the smallest and the largest."
 
 REPEATS = 5
 TRANSLATION, DEPTH = tuple(SIGNED), ("looming", "receding")
@@ -402,7 +401,7 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
              for name, shape in TIMES.items()}  # fmt: skip
     for board, table in rank(models, responses, times).items():
         Files(out).write_rows(f"{FILES[board]}.csv", table.to_dicts())
-        style.save(scoreboard.draw(table, LABELS, CHANCE, finding(board, table), note(table)), out / FILES[board])
+        style.save(scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE), out / FILES[board])
 
 
 def _responses(parts: Sequence[Plan[Any]], out: Path, pool: Workers) -> pl.DataFrame:
@@ -432,18 +431,12 @@ def _table(path: Path) -> pl.DataFrame:
     return pl.read_csv(path, schema_overrides={**types, "model": pl.String})
 
 
-def note(table: pl.DataFrame) -> str:
-    """Return what stands next to a board's scores."""
-    shown = any(table[name].count() for name in table.columns if name.startswith("contact_"))
-    return NOTE + CONTACT * shown
-
-
 def draw(run: Run) -> Figure:
     """Draw the first board of a run, from its folder alone; `UsageError` without one."""
     from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
 
     for board, table in tables(run).items():
-        return scoreboard.draw(table, LABELS, CHANCE, finding(board, table), note(table))
+        return scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE)
     raise UsageError(f"{run.folder}: no {FILES[DIRECTION]}.csv there: the run is not finished")
 
 
@@ -454,7 +447,7 @@ def show(run: Run) -> None:
     boards = tables(run)
     for name, table in boards.items():
         scoreboard.show(table, measures(table), f"Ranked by {name}")
-        out_console.print(f"{note(table)} Empty: does not apply, or no response.")
+        out_console.print(f"{NOTE} Empty: does not apply, or no response.")
     show_files(run.folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
 
 
