@@ -260,7 +260,8 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     potentials, panels = _potentials(frames), _rows(rows)
     column, label = BEARING if _crosses(rows, frames) else TIME
     (counted, order), (traced, rise) = (finding(rows, measure, varies) for measure in (COUNT, MECHANISM[-1]))
-    fewest = style.by(rows, "model", "level", "other").len()["len"].min()
+    sizes = style.by(rows, "model", "level", "other").len()["len"]
+    fewest: Any = sizes.min()
     if rise or fewest < LEAST_FOR_INTERVAL:
         traced = drawn_of(f"Potential {'by bearing' if column == BEARING[0] else 'over time'}", fewest)
     kinds = dict.fromkeys(potentials.get(of["model"][0], "hs") for _, of in panels)
@@ -280,7 +281,7 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     grid[-1, 0].set_xlabel(axis(varies))
     grid[-1, 1].set_xlabel(label)
     style.legend(figure, grid[:, 0])
-    traces = "Potentials: means; bands: range of the trials; dashes: T." if fewest > 1 else "Dashes: T."
+    traces = "Potentials: means; bands: range of the trials; dashes: T." if sizes.max() != 1 else "Dashes: T."
     _caption(figure, title, rows, varies, traces, order, rise)
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
     right = grid[0, 1].get_xlim()[1]
