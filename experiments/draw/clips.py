@@ -15,6 +15,7 @@ from experiments.base import palette
 from experiments.declare.clip import ClipFigure
 from experiments.draw import findings, style
 from experiments.judge.judge import SIGNED
+from experiments.judge.tests import LEAST_FOR_INTERVAL
 
 Thresholds = Mapping[str, float | None]
 Lines = tuple[str, pl.DataFrame, str, str]
@@ -31,8 +32,6 @@ ACROSS, LEAST_ROW = 12, 0.42
 """Most clips side by side, with several models; inches: least height of a row."""
 RESPONSE = "Response: largest |HS|, of vertical motion |VS|, else of looming."
 MEANS = "Lines: means; bands: range of the trials."
-TRACES = "Right and down are positive; dashes: T, on each model's own scale."
-CURVES = "Filled: means, 95 % intervals; open: trials."
 
 
 def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
@@ -194,10 +193,10 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
                 style.row_name(axes, model, level)
             axes.set_xlabel("time (s)" if row == len(models) - 1 else "", fontsize=style.SMALL)
     style.legend(drawn, panels.flat)
-    drawn.supylabel("potential", fontsize=style.BODY)
     title, counts = shared(direction_finding(trials, thresholds), "Potentials over time")
     style.headline(drawn, title)
-    return drawn, [TRACES, counts]
+    scale = ", on each model's own scale" * (len(models) > 1)
+    return drawn, [f"Potentials: right and down are positive; dashes: T{scale}.", counts]
 
 
 # --- along what the clips vary ----------------------------------------------------------------------------------------
@@ -252,11 +251,13 @@ def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, lis
         style.row_name(axes, model, thresholds.get(model))
     for axes in ends:
         axes.margins(y=0.1)
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(bottom=-0.05 * axes.get_ylim()[1])
     for axes in list(ends)[:: len(models)]:
         style.label_ends(axes, ends[axes])
     lines = " and ".join(dict.fromkeys(AXES[by].format(unit=unit) for *_, by in parts if by in AXES))
-    return drawn, [f"Lines: {lines}." if lines else "", CURVES, RESPONSE, *orders]
+    trials: Any = max(style.by(rows, "model", by, along).len()["len"].max() for _, rows, along, by in parts)
+    dots = f"Filled: means{', 95 % intervals' * (trials >= LEAST_FOR_INTERVAL)}; open: trials." * (trials > 1)
+    return drawn, [f"Lines: {lines}." if lines else "", dots, RESPONSE, *orders]
 
 
 def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[float, float, str, str]]:

@@ -107,6 +107,6 @@ def shared(noun: str, found: Sequence[str], along: str) -> str:
     return style.title(f"{noun}: {terse}" if " and " in same else f"{noun} {same}", f"{noun} by {along}")
 
 
-def drawn_of(noun: str, along: str, n: int) -> str:
-    """Name what is drawn along an axis where n, one or two trials of each condition, carries no finding."""
-    return f"{noun} by {along}, {'one trial' if n == 1 else 'two trials'} each"
+def drawn_of(what: str, n: int) -> str:
+    """Name what is drawn without a finding; n, one or two trials of each condition, carries none."""
+    return what + {1: ", one trial each", 2: ", two trials each"}.get(n, "")

@@ -9,7 +9,7 @@ from typing import Any
 
 import polars as pl
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 from experiments.base import console as terminal
 from experiments.base import palette
@@ -52,7 +52,9 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
             axes.set_title(style.wrapped(f"{letter}  {labels[name]}", style.WIDTH / across - 0.4))
             if "logarithmic" in labels[name]:
                 axes.set_xscale("log")
-                style.plain_numbers(axes, axes.dataLim.intervalx)
+                low, high = axes.dataLim.intervalx
+                ticks = [at for at in LogLocator(subs=(1.0, 2.0, 5.0)).tick_values(low, high) if low <= at <= high]
+                style.plain_numbers(axes, ticks[:: math.ceil(len(ticks) / 4)] if len(ticks) > 1 else (low, high))
             else:
                 axes.set_xlim(min(axes.dataLim.x0, 0.0), None if "(" in labels[name] else 1.0)
                 axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))

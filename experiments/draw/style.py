@@ -114,6 +114,7 @@ def caption(figure: Figure, text: str, *more: str) -> None:
     for further in filter(None, more):
         longer = f"{text} {further}"
         text = longer if wrapped(longer, inches, narrow).count("\n") < CAPTION_LINES else text
+    figure.align_ylabels()
     figure.supxlabel(wrapped(text, inches, narrow), x=0.01, ha="left", fontsize=SMALL, color=palette.GREY)
 
 
@@ -234,8 +235,10 @@ def decades(axes: Axes, values: pl.Series) -> None:
     """Make the x axis logarithmic beyond the smallest values, but for 0, where they span more than two decades."""
     sizes = values.abs().filter(values != 0.0).to_numpy()
     if sizes.size and sizes.max() > 100.0 * sizes.min():
-        axes.set_xscale("symlog", linthresh=max(sizes.min(), 1e-4 * sizes.max()))
-        plain_numbers(axes)
+        least = max(sizes.min(), 1e-4 * sizes.max())
+        axes.set_xscale("symlog", linthresh=least)
+        powers = range(math.ceil(math.log10(least)), math.ceil(math.log10(sizes.max())))
+        plain_numbers(axes, [0.0, *(10.0**power for power in powers)])
 
 
 def plain_numbers(axes: Axes, ticks: Sequence[float] = ()) -> None:

@@ -60,7 +60,7 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
         state, word = seen_as(verdict.count), re.split(" replicate|[;,]", verdict.count.sentence())[0]
         sign = Text(f"{SIGNS[state]} {word}", palette.VERDICTS[state][2])
         name = f"{verdict.id} ({verdict.model})" if model and verdict.model else verdict.id
-        rows.append((name, sign, *verdict.numbers))
+        rows.append((f"{name} {verdict.title}".rstrip(), sign, *verdict.numbers))
         text = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}" * (state != "holds")
         if verdict.equal is not None and verdict.outcome.equal is not None:
             text += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"

@@ -81,16 +81,16 @@ def draw(points: pl.DataFrame, along: Sequence[str], changed: Row) -> Figure:
                 both = own.select("x", "contact_s", "hs", "vs")
                 own = both.unpivot(["hs", "vs"], index=["x", "contact_s"], variable_name="line", value_name="response")
             group = panels[place * len(columns) :][: len(columns)]
+            label = y[0] if y else "response"
             for axes, column in zip(group, columns, strict=True):
                 _map(axes, own) if y else _lines(axes, own.with_columns(angle_deg=angle), column)
-                axes.set_ylabel(MEASURES[column] if approach else "")
+                axes.set_ylabel(MEASURES[column] if approach else "" if place % across else label)
             group[0].set_title(style.wrapped(model, inches, style.BODY), fontweight="bold")
         for axes in panels[-across:]:
             axes.set_xlabel(style.wrapped(x, inches))
         if y:
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), palette.SIGNED)
             figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
-        figure.supylabel(y[0] if y else "" if approach else "response", fontsize=style.BODY)
         style.headline(figure, f"Response by {' and '.join(label.partition(' (')[0] for label in (x, *y))}")
         style.legend(figure, panels[:1])
         style.caption(figure, f"{shown}{style.in_title(changed)}.", symbols)

@@ -19,7 +19,7 @@ from experiments.declare.experiment import Experiment
 from experiments.draw.terminal import show_silent, show_verdicts
 from experiments.judge import stored
 from experiments.judge.judge import flaws, judge
-from experiments.judge.tests import least_of_pairs, p_text, summary_rows
+from experiments.judge.tests import LEVEL, least_of_pairs, p_text, summary_rows
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
@@ -306,9 +306,13 @@ def show(run: Run) -> None:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
         title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
-        words = [p_text(p, least_of_pairs(n)) for p, n in run.comparisons.select("p_holm", "n").rows()]
+        few = {n: least for n in run.comparisons["n"].unique().sort() if (least := least_of_pairs(n)) > LEVEL}
+        words = ["n < 6" if n in few else p_text(p, 0.0) for p, n in run.comparisons.select("p_holm", "n").rows()]
         difference = pl.col("mean_difference").round(3) + 0.0  # a difference below a thousandth is 0, and 0 has no sign
         console.show(run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words)), title)
+        if few:
+            told = (f"with {count(n, 'pair')} no p is below {least:.2g}" for n, least in few.items())
+            out_console.print("n < 6:", ", ".join(told))
     elif rows and len(models) > 1:
         out_console.print("\nmodels are not compared: fewer than two of them spiked or were silent in the same trial")
     show_controls(run)
@@ -324,6 +328,7 @@ def _table(run: Run, models: set[str], varies: Sequence[str]) -> pl.DataFrame:
     values = [pl.col(column).filter(quantity=name).first().alias(name if column == "mean" else column)
               for name in known for column in SHOWN[name]]  # fmt: skip
     table = shown.group_by(keys, maintain_order=True).agg(pl.col("n").max(), *values)
+    table = pl.concat(table.partition_by("model", maintain_order=True))
     return table.select(*varies, "n", *table.columns[len(keys) + 1 :])
 
 

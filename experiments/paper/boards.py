@@ -61,8 +61,8 @@ LABELS = {
     "auc_recession": "AUC, looming against recession, clips",
     "auc_background": "AUC, looming against background, clips",
     "answered": "share of looming clips with spikes",
-    "contact_dark_s": "time to contact, dark (s)",
-    "contact_light_s": "time to contact, light (s)",
+    "contact_dark_s": "time to contact, dark (s), median and range over l/v",
+    "contact_light_s": "time to contact, light (s), median and range over l/v",
     "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
     "alarms_background": "false alarms, background (1/min)",
     "gain": "gain over the best control (score)",
@@ -75,10 +75,7 @@ RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
 RIVALS = ("frozen", "absent", "reversed")
 """The controls that a model's score is held against: a looming potential has no sign that a mirror turns."""
-NOTE = (
-    "Next to a score: its 95 % interval, with the repeats of a condition as one cluster; of a time to contact,"
-    " the median over l/v, the smallest and the largest."
-)
+NOTE = "Next to a score: its 95 % interval, with the repeats of a condition as one cluster."
 
 REPEATS = 5
 TRANSLATION, DEPTH = tuple(SIGNED), ("looming", "receding")

@@ -278,8 +278,10 @@ def show(run: Run) -> None:
     from experiments.paper.page import totals  # not before: workers do without matplotlib
 
     own = json.loads((run.folder / "behaviours.json").read_text(encoding="utf-8"))
-    out_console.print("; ".join(text.partition(":")[0] for text in totals((one.id, one.count) for one in run.verdicts)))
-    show_verdicts([*run.verdicts, *stored.verdicts(own)])
+    ours, found = stored.verdicts(own), totals((one.id, one.count) for one in run.verdicts)
+    besides = f"besides, {len(ours)} claims of our own: {', '.join(one.id for one in ours)}"
+    out_console.print("; ".join([*(text.partition(":")[0] for text in found), besides]))
+    show_verdicts([*run.verdicts, *ours])
     show_files(run.folder, "reproduction")
     show_places({"page": run.folder / "report.html"})
 

@@ -49,7 +49,7 @@ Frames = npt.NDArray[np.uint8]
 
 
 MODEL, CHIP = "dsnn-onboard", "chip"
-RAM = ("states", "tables", "ring", "stack")
+RAM = ("states", "tables", "ring", "variables", "stack")
 """Parts of a budget's RAM."""
 CYCLES = 1.3, 1.6
 """Fewest and most cycles of an instruction: an assumption, until a board has measured them."""
@@ -241,6 +241,7 @@ def measure(program: Program, length: int = COUNTED) -> dict[str, Any]:
     return {
         "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "lamina_bits": network.lamina_bits,
         "states": sizes[".states"] + sizes[".second"], "tables": sizes.get(".tables", 0), "ring": sizes[".ring"],
+        "variables": sizes.get(".data", 0) + sizes.get(".bss", 0),
         "stack": sizes[".stack"], "stack_used": used, "left": sum(regions.values()), "over": over, "flash": flash,
         "memory": f"lacks {', '.join(short)}" if short else "fits", **worst, "ms_least": least, "ms_most": most,
     }  # fmt: skip

@@ -66,6 +66,7 @@ def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_k
     assert firmware.measure(firmware.program(SMALL)) == firmware.measure(firmware.program(SMALL))
     row = firmware.measure(firmware.program(), 2)
     assert row["left"] - firmware.ChipSettings().robot_ram == 2808 and row["memory"] == "fits"
+    assert sum(row[name] for name in (*firmware.RAM, "left")) == 256 * 1024
     assert (row["states"], row["ring"]) == (195_464, 3 * 2 * 99 * 72)
 
 
