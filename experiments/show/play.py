@@ -52,6 +52,9 @@ class Sample:
         Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
     pixels
         What each pixel truly shows, where that was asked for.
+    since
+        What is true instead for a model that takes every n-th frame, of the motion since n frames before: n -> name ->
+        value.
     """
 
     time_s: float
@@ -59,6 +62,7 @@ class Sample:
     truth: Mapping[str, Any]
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     pixels: Truth | None = None
+    since: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
@@ -396,7 +400,7 @@ class Showing:
             ]
             self.sample = sample
             if self._keep:
-                self.samples.append(sample if self._images else Sample(sample.time_s, NO_IMAGE, sample.truth))
+                self.samples.append(sample if self._images else replace(sample, image=NO_IMAGE, pixels=None))
             yield sample
 
     def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
@@ -407,10 +411,10 @@ class Showing:
         """Return the label of each model with the frames that it took."""
         return {runner.label: runner.taken for runner in self.runners}
 
-    def truth(self) -> pl.DataFrame:
-        """Return what is true of the frames, a row each."""
-        shown = self.samples
-        return pl.DataFrame({name: [sample.truth[name] for sample in shown] for name in shown[0].truth}, strict=False)
+    def truth(self, every: int = 1) -> pl.DataFrame:
+        """Return what is true of the frames, a row each, for models that take every n-th."""
+        shown = [{**sample.truth, **sample.since.get(every, {})} for sample in self.samples]
+        return pl.DataFrame({name: [truth[name] for truth in shown] for name in shown[0]}, strict=False)
 
 
 Watch = Callable[[Showing], None]
@@ -533,7 +537,8 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
         truth, source, taken = showing.truth(), showing.source, showing.taken()
         shown = source.columns(truth)
         for model, series in showing.series():
-            numbered = truth.with_row_index("frame")[taken[model.label]]
+            own = showing.truth(every) if (every := model.processor.every) > 1 else truth
+            numbered = own.with_row_index("frame")[taken[model.label]]
             table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS})
             counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {

@@ -228,11 +228,17 @@ class RobotSource:
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
             truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
-        pixels = self.sim.truth() if self.trial.truth else None
-        if pixels is not None:
-            things = set(self.sim.everyone) - {OBSERVER}
-            truth |= {name: finite(value) for name, value in pixels.columns(things).items()}
-        return Sample(frame.time, frame.luma, truth, changes, pixels)
+        if not self.trial.truth:
+            return Sample(frame.time, frame.luma, truth, changes)
+        things = set(self.sim.everyone) - {OBSERVER}
+        pixels = {
+            every: self.sim.truth(every) for every in {1, *(model.processor.every for model in self.trial.models)}
+        }
+        since = {
+            every: {name: finite(value) for name, value in shown.columns(things).items()}
+            for every, shown in pixels.items()
+        }
+        return Sample(frame.time, frame.luma, truth | since[1], changes, pixels[1], since)
 
     @contextmanager
     def absent(self) -> Iterator[RobotSource]:
