@@ -204,6 +204,9 @@ def behave(
     seed: options.Seed = 0,
     assignments: options.Assignments = None,
     baselines: Annotated[bool, typer.Option(help="Play the baselines in the same worlds too.")] = True,
+    controls: Annotated[
+        bool, typer.Option("--controls", help="Play those named again, their vision model held at its first frame.")
+    ] = False,
     out: options.Out = None,
     recordings: options.Recordings = True,
     workers: options.Workers = None,
@@ -219,7 +222,7 @@ def behave(
     """
     asked = Asked(
         kind="episodes", what=tuple(names), values=key_values(assignments), repeats=episodes, seed=seed,
-        options={"env": env, "baselines": baselines, "recordings": recordings},
+        options={"env": env, "baselines": baselines, "controls": controls, "recordings": recordings},
     )  # fmt: skip
     return options.finish(asked, out, options.pool(workers, cluster, quiet), f"behave-{Path(names[0]).stem}")
 

@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -29,7 +30,7 @@ from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
-from experiments.settings.models import choose, named_model
+from experiments.settings.models import CONTROL, choose, named_model
 from experiments.settings.settings import check_counts
 from experiments.show.episodes import EPISODES, STEPS, EpisodeTrial, env_id, play, record
 from experiments.show.play import one_thread
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SET_BY_BEHAVIOUR = ("observation", "actions", "model")
+FROZEN = f"{CONTROL}frozen"
 EPISODES_EACH = 20
 """Episodes of each behaviour, where none are asked for."""
 
@@ -60,7 +62,8 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
         What was asked for: behaviours by name, group, .py file or policy, and arguments of the env as values. A group
         is played with its reference in the place of the env's baselines. Its options are ``env``, otherwise that of the
         first behaviour; ``baselines``, whether to play these too; ``steps``, frames of an episode, otherwise the env's
-        own number; ``recordings``, whether to record the first behaviour's episodes.
+        own number; ``recordings``, whether to record the first behaviour's episodes; ``controls``, whether those that
+        are named, and see, play again in the same worlds with a vision model that is shown its first frame throughout.
 
     Raises
     ------
@@ -80,12 +83,12 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
     reference, loaded = (compared or [first.name])[0], list(map(load_behaviour, played))
     check_unique("two behaviours", [behaviour.name for behaviour in loaded])
     processor = checked(ENVS[where].options_type, options).processor
-    trials = []
-    for place, behaviour in enumerate(loaded):
+    trials: list[EpisodeTrial] = []
+    for source, behaviour in zip(played, loaded, strict=True):
         sees_by = (choose(behaviour.model, processor=processor),) if behaviour.senses == "neural" else ()
-        for repeat in range(number):
-            index = place * number + repeat
-            trials.append(EpisodeTrial("behave", index, repeat, asked.seed + repeat, played[place], sees_by))
+        frozen = [source + FROZEN] if asked.option("controls", False) and source in named and sees_by else []
+        for shown, repeat in product([source, *frozen], range(number)):
+            trials.append(EpisodeTrial("behave", len(trials), repeat, asked.seed + repeat, shown, sees_by))
     arena, steps = options.get("arena", ""), asked.option("steps")
     recorded = number if asked.option("recordings", False) else 0
     files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
@@ -177,7 +180,8 @@ def play_trial(
     """Play one episode in a worker; the first ``recorded`` of the run with their recordings."""
     kept = trial.index < recorded
     with one_thread():
-        episode = play(load_behaviour(trial.condition), env, options, trial.seed, steps, images=kept)
+        behaviour, frozen = load_behaviour(trial.condition.removesuffix(FROZEN)), trial.condition.endswith(FROZEN)
+        episode = play(behaviour, env, options, trial.seed, steps, images=kept, frozen=frozen)
     row = {**episode.row(), "trial": trial.index, "repeat": trial.repeat}
     recording = recording_of(lambda: record(episode)) if kept else None
     done = TrialRecord(trial.index, (row,), episode.steps(trial.index), recording)
