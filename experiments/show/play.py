@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 
 FRAMES = pl.Schema({**FRAME, **RESPONSES})
 """Columns of ``frames.parquet``: a row per frame and model."""
+ERRORS = ("true_end_point_error_px", "true_angular_error_deg")
+"""Columns of a model's local motion against the true flow: see `colias_sim.Truth.errors`."""
 FIELDS = tuple(RESPONSES)
 """Fields of a `dsnn.ResponseSeries`, as the rows of frames have them."""
 
@@ -187,6 +190,9 @@ class ModelRunner:
         The responses so far, on the declared channels alone.
     pictures
         Its layer maps so far, as images (4, R, C) of 8 bits, a quarter of the maps' size.
+    errors
+        Of each frame whose truth is known, the end-point error (px) and the angular error (degrees) of the model's
+        ``local_motion`` (R, C, 2), where it has one: see `colias_sim.Truth.errors`.
     seconds
         Time that the model has taken for its steps.
     trouble
@@ -199,6 +205,7 @@ class ModelRunner:
         self.maps = False
         self.responses: list[Response] = []
         self.pictures: list[npt.NDArray[np.uint8]] = []
+        self.errors: list[tuple[float, float]] = []
         self.seconds = 0.0
         self.trouble = ""
         self._shape, self._keep, self._frames = shape, keep, 0
@@ -289,6 +296,11 @@ class ModelRunner:
                 response = replace(response, maps=None)
             self.responses.append(response)
         return response
+
+    def compare(self, truth: Truth) -> None:
+        """Compare the local motion that the model found in its last frame with the flow that is true of it."""
+        motion = getattr(self._model, "local_motion", None)
+        self.errors.append((math.nan, math.nan) if motion is None else truth.errors(motion))
 
     def series(self) -> ResponseSeries | None:
         """Return the model's responses to all frames; ``None`` after an error."""
@@ -398,6 +410,9 @@ class Showing:
                 runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
                 for runner, before in zip(self.runners, self.responses, strict=True)
             ]
+            for runner in self.runners:
+                if sample.pixels is not None and runner.chosen.processor.every == 1:
+                    runner.compare(sample.pixels)
             self.sample = sample
             if self._keep:
                 self.samples.append(sample if self._images else replace(sample, image=NO_IMAGE, pixels=None))
@@ -517,6 +532,12 @@ def play(
     return replace(done, recording=recording_of(lambda: record(trial, shown, rows)))
 
 
+def _columns(errors: Sequence[tuple[float, float]]) -> dict[str, pl.Series | None]:
+    if not errors:
+        return dict.fromkeys(ERRORS)
+    return {name: pl.Series(values).fill_nan(None) for name, values in zip(ERRORS, np.array(errors).T, strict=True)}
+
+
 def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames: bool = True) -> TrialRecord:
     """Tabulate what the models responded in a trial: a row per model, in the trial's order, and a row per frame.
 
@@ -535,11 +556,12 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
     columns = showings[0].source.frame_columns
     for showing in showings:
         truth, source, taken = showing.truth(), showing.source, showing.taken()
+        errors = {runner.label: _columns(runner.errors) for runner in showing.runners}
         shown = source.columns(truth)
         for model, series in showing.series():
             own = showing.truth(every) if (every := model.processor.every) > 1 else truth
             numbered = own.with_row_index("frame")[taken[model.label]]
-            table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS})
+            table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS}, **errors[model.label])
             counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {
                 "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,

@@ -29,6 +29,7 @@ from experiments.declare.conditions import CONDITION_COLUMNS, Condition
 from experiments.declare.experiment import Drawing
 from experiments.settings.models import ConfiguredModel
 from experiments.show.course import ROBOT_RADIUS_CM, half_crossing
+from experiments.show.play import ERRORS
 from experiments.store.tables import COUNTS, FRAME, JOB, PEAKS, RESPONSES, columns_of, is_imported, peaks
 
 RESPONDED: Mapping[str, type] = {
@@ -65,7 +66,7 @@ FRAME_SCHEMA = pl.Schema({**FRAME, "robot": str, "time_s": float, **RESPONSES, *
 AGREEMENT = ("true_hs_flow_r", "true_hs_view_r", "true_vs_flow_r", "true_vs_view_r", "true_sign", "true_gain")
 """Columns of ``trials.parquet`` of a run with truth: see `agreement`."""
 TRUE_TRIALS = pl.Schema({**TRIAL_SCHEMA, **dict.fromkeys(AGREEMENT, pl.Float64())})
-TRUE_FRAMES = pl.Schema({**FRAME_SCHEMA, **dict.fromkeys(COLUMNS, pl.Float64())})
+TRUE_FRAMES = pl.Schema({**FRAME_SCHEMA, **dict.fromkeys((*COLUMNS, *ERRORS), pl.Float64())})
 """Columns of ``frames.parquet`` of a run with truth."""
 
 

@@ -16,6 +16,7 @@ from experiments.declare.experiment import Angular, Egomotion, Experiment, Trans
 from experiments.settings.models import choose
 from experiments.settings.settings import Settings
 from experiments.show import course, robot
+from experiments.show.play import ERRORS
 from experiments.show.robot import RobotTrial, trial_seed, trials_of
 from experiments.show.trial_rows import AGREEMENT, agreement
 from tests.helpers.played import Played
@@ -49,13 +50,23 @@ def test_truth_adds_columns_of_what_is_in_view_and_changes_nothing():
     assert {name: value for name, value in row.items() if name not in AGREEMENT} == before
     assert row["true_hs_view_r"] > 0.8 and row["true_sign"] > 0.9 and row["true_gain"] > 0.05
     frames = told.record.frames
-    assert frames.drop(COLUMNS).equals(plain.record.frames)
+    assert frames.drop(*COLUMNS, *ERRORS).equals(plain.record.frames)
     rightward, bearing = frames["true_flow_x"].to_numpy(), frames["stimulus_bearing_deg"].to_numpy()
     assert np.isnan(rightward[np.abs(bearing) > 60]).all() and (rightward[np.abs(bearing) < 25] > 2).all()
     near = int(np.abs(bearing).argmin())
     width = 2 * math.degrees(math.asin(2.0 / plain.columns.stimulus_x_cm[near : near + 1].item()))
     assert frames["true_width_deg"][near] == pytest.approx(width, rel=0.35)  # about: the lens is ahead of the middle
     assert frames["true_interval_ms"].to_list()[1:] == pytest.approx([1000 / 30] * (frames.height - 1))
+
+
+def test_a_models_local_motion_is_compared_with_the_flow_of_every_frame():
+    """Optic flow is nearer to the truth than no motion, whose error is the length of the flow; the DSNN has none."""
+    trial = dataclasses.replace(spec(speed=20.0, models=(choose("dsnn"), choose("flow"))), truth=True)
+    dsnn, flow = (Played(trial).record.frames.filter(model=name) for name in ("dsnn", "flow"))
+    assert dsnn["true_end_point_error_px"].null_count() == dsnn["true_angular_error_deg"].null_count() == dsnn.height
+    moving = flow.filter(pl.col("true_flow_x") > 2, pl.col("stimulus_bearing_deg").abs() < 25)
+    assert (moving["true_end_point_error_px"] < moving["true_flow_x"]).all() and moving.height > 10
+    assert moving["true_angular_error_deg"].is_between(0.0, 60.0).all()
 
 
 def test_a_potential_in_proportion_to_the_flow_agrees_in_full():
