@@ -98,9 +98,7 @@ class Check:
         return f"{self.needs} {self.bound:g}{unit}"
 
 
-def exceeds(
-    says: str, value: float, other: float, than: str, quantity: Quantity, *, scale: float = 1.0
-) -> Check:  # fmt: skip
+def exceeds(says: str, value: float, other: float, than: str, quantity: Quantity, *, scale: float = 1.0) -> Check:
     """Return the check that a mean count, or a potential, is more than another, by `MARGIN` or farther.
 
     Parameters

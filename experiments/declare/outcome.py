@@ -108,9 +108,7 @@ class Outcome:
         check_known("verdict", self.verdict, get_args(Judged))
 
     @classmethod
-    def of(
-        cls, checks: Iterable[Check], measured: str = "", effect: str = "", n: int = 0, fewest: int = 0
-    ) -> Outcome:  # fmt: skip
+    def of(cls, checks: Iterable[Check], measured: str = "", effect: str = "", n: int = 0, fewest: int = 0) -> Outcome:
         """Return the outcome of checks: the claim holds if all pass, and the weakest decides.
 
         Parameters

@@ -19,7 +19,6 @@ from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.controlled import conclude_controls, show_controls
 from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.registry import find_claim
 from experiments.kinds.result import Run, load
 from experiments.settings.models import shown_models
 from experiments.settings.parameters import differing
@@ -139,7 +138,7 @@ def verdicts(
     whole = [len({row["trial"] for row in of_seed}) == len(experiment.clips) for of_seed in by_seed]
     spiking, random = plan.thresholds, plan.random
     found = []
-    for claim in (find_claim(claim, "clips") for claim in experiment.claims):
+    for claim in (registry.find_claim(claim, "clips") for claim in experiment.claims):
         outcomes = [
             judge(claim, of_seed, spiking.get(claim.spiking), all_rows or rows) if there else lost
             for of_seed, there in zip(by_seed, whole, strict=True)

@@ -22,8 +22,7 @@ from experiments.base.errors import UsageError, check_known, check_unique
 from experiments.base.user_code import declared, is_own
 from experiments.declare.behaviour import ENDING, Behaviour, load_policy
 from experiments.draw.terminal import show_verdicts
-from experiments.judge import scores as scoring
-from experiments.judge import stored
+from experiments.judge import scores as scoring, stored
 from experiments.judge.tests import Score
 from experiments.kinds.kind import Kind, concluding
 from experiments.kinds.registry import claims_on

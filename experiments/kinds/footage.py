@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import polars as pl
 
@@ -44,9 +44,6 @@ from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan, print_notes
 from experiments.store.tables import COUNTS, PEAKS, TrialRecord, without_controls
 from experiments.store.workers import Workers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BLOCK_FRAMES, EVERY_S = 64, 0.1
 """Frames that are recorded at once, and time between two parts that a viewer gets."""
@@ -298,11 +295,6 @@ def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
 # Reading it.
 
 
-def draw(run: Run) -> Figure:
-    """Refuse: footage has no figure."""
-    raise UsageError(f"{run.folder}: footage has no figure; its recording shows it")
-
-
 def show(run: Run) -> None:
     """Print what footage comes to: the intervals of motion, each model, the verdicts, and where everything is."""
     if not run.done:
@@ -326,4 +318,4 @@ def _filled(table: pl.DataFrame) -> pl.DataFrame:
     return table.select(column for column in table if column.null_count() < table.height)
 
 
-KIND = Kind(plan, work, draw, show, renders=None)
+KIND = Kind(plan, work, "footage has no figure; its recording shows it", show, renders=None)

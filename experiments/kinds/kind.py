@@ -29,7 +29,7 @@ class Kind:
     work
         Does what a folder lacks of a plan, and writes verdicts, tables and figures there.
     draw
-        Draws the figure of a run from its folder alone: no file of a model is run.
+        Draws the figure of a run from its folder alone: no file of a model is run. A text says why there is none.
     show
         Prints what a run comes to, from its folder alone.
     renders
@@ -46,7 +46,7 @@ class Kind:
 
     plan: Callable[[Asked], Plan[Any]]
     work: Callable[[Plan[Any], Path, Workers], None]
-    draw: Callable[[Run], Figure]
+    draw: Callable[[Run], Figure] | str
     show: Callable[[Run], None]
     renders: bool | None = True
     summary: str = "summary.csv"
@@ -55,9 +55,7 @@ class Kind:
     whole: bool = False
 
 
-def concluding(
-    conclude: Callable[[Plan[Any], RunFolder], None],
-) -> Callable[[Plan[Any], Path, Workers], None]:
+def concluding(conclude: Callable[[Plan[Any], RunFolder], None]) -> Callable[[Plan[Any], Path, Workers], None]:
     """Return the work of a kind whose trials all go into one folder: do them, then conclude."""
 
     def work(plan: Plan[Any], out: Path, pool: Workers) -> None:

@@ -298,7 +298,10 @@ class Run:
         UsageError
             The run has no trials yet, or is of a kind whose figure is not drawn from its tables: a sweep, say.
         """
-        drawn: Figure = kind_of(self.kind).draw(self)
+        draw = kind_of(self.kind).draw
+        if isinstance(draw, str):
+            raise UsageError(f"{self.folder}: {draw}")
+        drawn: Figure = draw(self)
         setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
         return drawn
 

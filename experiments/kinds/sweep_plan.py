@@ -22,7 +22,6 @@ from experiments.judge import measures as measuring
 from experiments.judge.replicates import EVERY_MODEL, MODEL
 from experiments.judge.sweep import ClaimAt, Fewer, Share, Sweep
 from experiments.kinds import registry, trials
-from experiments.kinds.registry import answering_for, asked_models, claims_of
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
@@ -83,8 +82,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
 
         return experiment.conditions(), specs, is_random(moved)
 
-    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
-            "experiment": whole.design}  # fmt: skip
+    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene, "experiment": whole.design}
     return Part(whole, settings.models, base, repeats, render, {**resolved, "changed": changed})
 
 
@@ -168,13 +166,13 @@ def sweep_of(
     experiments, on_robot = _experiments(study, repeats)
     study = study if repeats is None else dataclasses.replace(study, repeats=repeats)
     if not study.models:
-        models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
+        models_in = models_in or {experiment.name: registry.asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
     if not on_robot and not claim_at and len(models) > 1:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
-    claims = claims_of(experiments, study, [] if models_in or claim_at else models)
+    claims = registry.claims_of(experiments, study, [] if models_in or claim_at else models)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
@@ -214,7 +212,7 @@ def sweep_of(
 
 def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
     """Return the experiments of a study, all of one kind, and whether a robot is in them."""
-    experiments: list[Any] = list(map(registry.find, study.experiments or answering_for(study.claims)))
+    experiments: list[Any] = list(map(registry.find, study.experiments or registry.answering_for(study.claims)))
     names = [experiment.name for experiment in experiments]
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):

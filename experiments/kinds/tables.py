@@ -73,14 +73,10 @@ STUDIES: Mapping[str, str] = {
 }
 """Study -> its declaration. Missing is ``model-claims``, whose claims are each about a model."""
 
-PLANS: Mapping[str, str] = {
-    "studies": "experiments.paper.studies.plans:PLANS",
-}
+PLANS: Mapping[str, str] = {"studies": "experiments.paper.studies.plans:PLANS"}
 """What plans the studies of which a `Study` does not say all: study -> function of it and of what was asked."""
 
-BOARDS: Mapping[str, str] = {
-    "reproduction": "experiments.paper.reproduce",
-}
+BOARDS: Mapping[str, str] = {"reproduction": "experiments.paper.reproduce"}
 """What is made of many runs -> its module."""
 
 

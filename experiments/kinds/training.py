@@ -38,7 +38,8 @@ from experiments.declare.behaviour import (
     load_policy,
     sense,
     steer,
-)  # fmt: skip
+)
+from experiments.draw import behaviours
 from experiments.judge.scores import SUMMARY
 from experiments.judge.tests import Score
 from experiments.kinds import episodes
@@ -265,8 +266,6 @@ def _judging(plan: Plan[Any], files: Sequence[Path]) -> Plan[Any]:
 
 def show(run: Run) -> None:
     """Print what policies and their opponents did; of several training seeds the policies in one row."""
-    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
-
     if not run.done:
         return
     trained = run.description["training"]

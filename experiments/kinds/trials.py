@@ -25,7 +25,6 @@ from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
 from experiments.kinds.controlled import conclude_controls, show_controls
 from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.registry import find_claim
 from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
 from experiments.settings.models import EYE, shown_models
 from experiments.settings.parameters import Parameters
@@ -229,7 +228,7 @@ def ways(rows: Sequence[Any]) -> dict[int, str]:
 def _verdicts(plan: Plan[Any], rows: Sequence[Any], failures: Sequence[Any]) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
     experiment, models, random = plan.declared, plan.models, plan.random
-    claims = [find_claim(claim, "robot") for claim in experiment.claims]
+    claims = [registry.find_claim(claim, "robot") for claim in experiment.claims]
     asked = [
         (claim, model.label)
         for model in models

@@ -10,10 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import polars as pl
+from matplotlib.figure import Figure
 
 from dsnn.stimuli.looming import Looming
 from experiments.base.console import count, error_console, out_console, show_files
@@ -21,14 +22,11 @@ from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Angular, Design, Experiment, Listed, Translation
+from experiments.draw import scoreboard, style
 from experiments.judge.judge import SIGNED
 from experiments.judge.roc import alarm_count, alarm_rate, area, median_interval, share
-from experiments.judge.tests import (
-    Score,
-    first_alarm_s,
-)
-from experiments.kinds import clips as offline
-from experiments.kinds import trials
+from experiments.judge.tests import Score, first_alarm_s
+from experiments.kinds import clips as offline, trials
 from experiments.kinds.kind import Kind
 from experiments.kinds.result import Run
 from experiments.paper.claims.clips import answer
@@ -41,9 +39,6 @@ from experiments.store.description import begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.tables import without_controls
 from experiments.store.workers import Workers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
@@ -410,9 +405,6 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     UsageError
         The folder holds other trials.
     """
-    # Not before: workers do without matplotlib.
-    from experiments.draw import scoreboard, style
-
     begin_whole(out, plan.document())
     parts = parts_of(plan)
     with pool.running():
@@ -458,8 +450,6 @@ def _table(path: Path) -> pl.DataFrame:
 
 def draw(run: Run) -> Figure:
     """Draw the first board of a run, from its folder alone; `UsageError` without one."""
-    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
-
     for board, table in tables(run).items():
         return scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE)
     raise UsageError(f"{run.folder}: no {FILES[DIRECTION]}.csv there: the run is not finished")
@@ -467,8 +457,6 @@ def draw(run: Run) -> Figure:
 
 def show(run: Run) -> None:
     """Print the boards of a run, and where everything is."""
-    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
-
     boards = tables(run)
     for name, table in boards.items():
         scoreboard.show(table, measures(table), f"Ranked by {name}")

@@ -32,8 +32,7 @@ import numpy as np
 import polars as pl
 
 from experiments.declare.checks import Check
-from experiments.declare.claim import Claim
-from experiments.declare.claim import shipped as claim
+from experiments.declare.claim import Claim, shipped as claim
 from experiments.declare.outcome import Outcome
 from experiments.judge.motion import (
     LEAST_FRAMES,

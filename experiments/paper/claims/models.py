@@ -159,7 +159,7 @@ CLAIMS = (
     _untested("ARM3-3", "three-arm", "a cell's answer to pairs of flashes is not in HS and VS"),
     claim_on_clips("ARM3-4", "three-arm-4q", "way", "way", 1.0, ACROSS),
     claim_on_clips("ARM3-5", "three-arm-4q", "reversed", "way", 1.0, ("reverse-phi",)),
-)  # fmt: skip
+)
 
 
 @cache
