@@ -2,7 +2,6 @@
 
 from .base.errors import UsageError as UsageError
 from .declare.behaviour import Behaviour as Behaviour, Wheels as Wheels
-from .declare.checks import Check as Check, decide as decide
 from .declare.claim import Claim as Claim
 from .declare.clip import Clip as Clip, ClipFigure as ClipFigure, OfflineExperiment as OfflineExperiment
 from .declare.conditions import Condition as Condition, Leg as Leg, Trajectory as Trajectory
@@ -15,7 +14,7 @@ from .declare.experiment import (
     General as General,
     Translation as Translation,
 )
-from .declare.outcome import Outcome as Outcome
+from .declare.outcome import Check as Check, Outcome as Outcome, decide as decide
 from .declare.study import Fit as Fit, Study as Study
 from .judge.tests import Score as Score
 from .judge.verdict import Verdict as Verdict

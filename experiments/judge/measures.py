@@ -13,9 +13,9 @@ import numpy as np
 
 from dsnn.stimuli import ClipParams
 from experiments.base.errors import UsageError, check_known
-from experiments.declare.checks import unreadable
 from experiments.declare.claim import POTENTIALS
 from experiments.declare.conditions import CONDITION_COLUMNS, Condition
+from experiments.declare.outcome import unreadable
 from experiments.judge.judge import flaws
 from experiments.judge.tests import summarise
 from experiments.settings.models import ConfiguredModel

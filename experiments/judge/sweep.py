@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from experiments.declare.checks import MARGIN
 from experiments.declare.claim import Claim
-from experiments.declare.outcome import Outcome, together
+from experiments.declare.outcome import MARGIN, Outcome, together
 from experiments.declare.study import TOGETHER, Levels, Study
 from experiments.judge.count import count, count_columns
 from experiments.judge.measures import Measure, measured, quantity

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
 
-from experiments.declare.checks import Check, weakest
+from pydantic import TypeAdapter
+
 from experiments.declare.claim import Claim
-from experiments.declare.outcome import Judged, Outcome
+from experiments.declare.outcome import Check, Judged, Outcome, weakest
 from experiments.judge.count import Count, count
 
 
@@ -86,3 +91,38 @@ def verdict_of(
         decisions=tuple((one.verdict, weakest(one.checks) if one.checks else None) for one in outcomes),
         title=claim.title,
     )  # fmt: skip
+
+
+_READ = TypeAdapter(Verdict)
+
+
+def document(verdicts: Sequence[Verdict]) -> dict[str, Any]:
+    """Return what a file of verdicts holds."""
+    return {"claims": [_entry(verdict) for verdict in verdicts]}
+
+
+def _entry(verdict: Verdict) -> dict[str, Any]:
+    fields, count = plain(verdict), verdict.count
+    decisions = [{"verdict": came_to, "check": plain(check)} for came_to, check in verdict.decisions]
+    more = {"equal_terms": fields.pop("equal"), "word": count.word, "interval": count.interval}
+    return {**fields, **more, "decisions": decisions}
+
+
+def plain(value: Any) -> Any:
+    """Return a record as JSON has it; a number that is not finite, for which JSON has none, stands as a text."""
+    if dataclasses.is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, tuple):
+        return [plain(part) for part in value]
+    if isinstance(value, Real) and not isinstance(value, int):
+        return float(value) if math.isfinite(value) else str(float(value))
+    return value
+
+
+def verdicts(content: Mapping[str, Any]) -> list[Verdict]:
+    """Return the verdicts that a file's JSON holds."""
+    rows = (
+        {**row, "equal": row["equal_terms"], "decisions": [(one["verdict"], one["check"]) for one in row["decisions"]]}
+        for row in content["claims"]
+    )
+    return [_READ.validate_python(row) for row in rows]

@@ -24,8 +24,7 @@ from experiments.draw import fit as report, style
 from experiments.judge.count import Count, count
 from experiments.judge.sweep import MOST_SLACK, slack
 from experiments.kinds import registry, sweep, sweep_plan
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import load
+from experiments.kinds.result import Kind, load
 from experiments.settings.grid import apart, take
 from experiments.settings.models import look_up
 from experiments.settings.settings import by_section, check_counts, schema_of

@@ -22,13 +22,12 @@ from experiments.base.files import NAME, part
 from experiments.base.user_code import is_own
 from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
-from experiments.draw.terminal import show_verdicts
-from experiments.judge import motion, stored
+from experiments.draw.terminal import show_controls, show_verdicts
+from experiments.judge import motion
 from experiments.judge.controls import numbers
 from experiments.judge.motion import GRADES, grades, near_miss
-from experiments.kinds.controlled import show_controls
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run
+from experiments.judge.verdict import document
+from experiments.kinds.result import Kind, Run
 from experiments.kinds.tables import CLAIMS, shipped
 from experiments.settings.models import ConfiguredModel, rate_notes, shown_models
 from experiments.settings.parameters import differing
@@ -280,7 +279,7 @@ def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
     found = motion.motions(frames, {model.label: model.thresholds for model in models})
     judged = shipped(CLAIMS["footage"]).verdicts(frames, models, "watch") if source.flow else []
     folder.write_text("summary.csv", found.write_csv())
-    folder.write_json("claims.json", stored.document(judged))
+    folder.write_json("claims.json", document(judged))
     if every.height > frames.height:
         folder.write_rows("controls.csv", numbers(every, models))
     folder.write_json(NAME, {**read_description(folder.folder), NOTES: notes, EARLY: bool(early),
@@ -308,7 +307,7 @@ def show(run: Run) -> None:
     console.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
     if run.description["judged"]:
         console.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
-    show_controls(run)
+    show_controls(run.controls)
     show_verdicts(run.verdicts, model=len(run.models) > 1)
     show_files(run.folder, console.count(run.trials["frames"][0], "frame"))
 

@@ -19,9 +19,8 @@ from experiments.declare.study import Levels, Study
 from experiments.judge.sweep import ClaimAt, Fewer, Play, Sweep, Tables, Then, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
-from experiments.kinds.kind import Kind
 from experiments.kinds.registry import shipped_study, typed
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run
 from experiments.kinds.sweep_plan import sweep_of
 from experiments.kinds.tables import PLANS, STUDIES, shipped
 from experiments.show import clips

@@ -22,7 +22,7 @@ KINDS: Mapping[str, str] = {
     "leaderboard": "experiments.paper.boards:KIND",
     "reproduction": "experiments.paper.reproduce:KIND",
 }
-"""Kind of run, as ``run.json`` has it -> its `experiments.kinds.kind.Kind`."""
+"""Kind of run, as ``run.json`` has it -> its `experiments.kinds.result.Kind`."""
 
 NAMES = (
     "general", "speed", "distance", "angular-approach", "angular-recession", "contrast", "clutter", "egomotion",
@@ -81,7 +81,7 @@ BOARDS: Mapping[str, str] = {"reproduction": "experiments.paper.reproduce"}
 
 
 def kind_of(name: str) -> Any:
-    """Return a kind of run, a `experiments.kinds.kind.Kind`, by its name in ``run.json``."""
+    """Return a kind of run, a `experiments.kinds.result.Kind`, by its name in ``run.json``."""
     return shipped(KINDS[name])
 
 

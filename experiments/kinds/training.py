@@ -43,8 +43,7 @@ from experiments.draw import behaviours
 from experiments.judge.scores import SUMMARY
 from experiments.judge.tests import Score
 from experiments.kinds import episodes
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run, load
+from experiments.kinds.result import Kind, Run, load
 from experiments.settings.settings import check_counts
 from experiments.show.episodes import env_id, short_name
 from experiments.show.play import one_thread

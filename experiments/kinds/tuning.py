@@ -21,8 +21,7 @@ from experiments.base.errors import UsageError, check_known
 from experiments.declare.clip import Clip
 from experiments.draw import style, tuning
 from experiments.judge import curves
-from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run, concluding
 from experiments.settings.models import COMPARED, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.settings import check_counts, watchers

@@ -16,6 +16,8 @@ import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 
+from dsnn.frames import frozen
+from dsnn.stimuli import stimulus
 from dsnn.stimuli.looming import Looming
 from experiments.base.console import count, error_console, out_console, show_files
 from experiments.base.errors import UsageError
@@ -27,18 +29,52 @@ from experiments.judge.judge import SIGNED
 from experiments.judge.roc import alarm_count, alarm_rate, area, median_interval, share
 from experiments.judge.tests import Score, first_alarm_s
 from experiments.kinds import clips as offline, trials
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run
 from experiments.paper.claims.clips import answer
 from experiments.paper.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 from experiments.settings.models import COMPARED, ConfiguredModel, parse_label, shown_models
 from experiments.settings.settings import watchers
-from experiments.show.timing import time_models
+from experiments.show.play import ModelRunner, one_thread
 from experiments.store.asked import Asked
 from experiments.store.description import begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.tables import without_controls
 from experiments.store.workers import Workers
+
+ROUNDS, BLOCK = 40, 4
+"""Times that each model is timed, and frames in each time."""
+
+
+def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> dict[str, list[float]]:
+    """Time models side by side: in one process, on one thread, in turns, so that a slow moment hits all of a round.
+
+    Parameters
+    ----------
+    models
+        The models. One that raises is left out.
+    shape
+        Shape of the frames, (R, C).
+
+    Returns
+    -------
+    dict
+        Model -> microseconds per frame, a mean of `BLOCK` frames for each of `ROUNDS` rounds, after one to warm up.
+    """
+    rows, columns = shape
+    clip = stimulus("cluttered", 0, rows=rows, columns=columns, width=columns / 6, height=rows / 2, speed=columns / 2)
+    frames = [frozen(clip[index].luma) for index in range(min(len(clip), 60))]
+    runners = [ModelRunner(model, shape, keep=False) for model in models]
+    taken: dict[str, list[float]] = {runner.label: [] for runner in runners}
+    with one_thread():
+        for number in range(ROUNDS + 1):
+            block = [frames[(number * BLOCK + i) % len(frames)] for i in range(BLOCK)]
+            for runner in runners:
+                before = runner.seconds
+                for frame in block:
+                    runner.see(frame)
+                taken[runner.label].append((runner.seconds - before) / BLOCK * 1e6)
+    return {runner.label: taken[runner.label][1:] for runner in runners if not runner.trouble}
+
 
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}

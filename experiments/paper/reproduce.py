@@ -26,16 +26,15 @@ from experiments.declare.outcome import Outcome
 from experiments.declare.study import Study
 from experiments.draw import robot, style, sweep as report
 from experiments.draw.terminal import show_verdicts
-from experiments.judge import motion, stored
+from experiments.judge import motion
 from experiments.judge.count import count
 from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE, judge as judge_rows
 from experiments.judge.replicates import EVERY_MODEL, MODEL, Replicate, judged, places_of, replicate
 from experiments.judge.scores import LEAST_SEEDS
 from experiments.judge.sweep import Sweep, read
-from experiments.judge.verdict import Verdict, verdict_of
+from experiments.judge.verdict import Verdict, document, plain as as_json, verdict_of, verdicts as stored_verdicts
 from experiments.kinds import clips as offline, episodes, registry, sweep, sweep_plan, trials as robot_run
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run, load, whole_networks
+from experiments.kinds.result import Kind, Run, load, whole_networks
 from experiments.kinds.tables import OFFLINE, kind_of
 from experiments.paper import page
 from experiments.paper.claims import footage, model_clips
@@ -44,7 +43,7 @@ from experiments.paper.claims.models import model_claims
 from experiments.paper.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.paper.claims.robot import FALLING, ROBOT_SPEEDS
 from experiments.paper.clips import PER_FRAME, prefix
-from experiments.paper.scale import READ_OFF, REPLICATES, SCALES, SENSITIVITY, SENSITIVITY_CLIPS, Scale
+from experiments.paper.page import READ_OFF, REPLICATES, SCALES, SENSITIVITY, SENSITIVITY_CLIPS, Scale
 from experiments.paper.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
 from experiments.paper.studies.onboard import BEST, STUDY as ONBOARD, probe_of
 from experiments.paper.studies.robot import DEFAULTS, SENSITIVITY as SENSITIVE
@@ -241,9 +240,9 @@ def conclude(planned: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None
         "seed": planned.asked.seed, "scale": dataclasses.asdict(scale), **design(planned),
         "parts": list(dict.fromkeys([*plans, *(counted.study.name for counted in studies)])),
     })  # fmt: skip
-    files.write_json("claims.json", stored.document(verdicts(every, shows)))
-    files.write_json("behaviours.json", stored.document(own))
-    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})
+    files.write_json("claims.json", document(verdicts(every, shows)))
+    files.write_json("behaviours.json", document(own))
+    files.write_json("pooled.json", {claim: as_json(outcome) for claim, outcome in pooled(every).items()})
     files.write_json("readings.json", list(other_readings(every, shows, list(counts.values()))))
     for counted in studies:
         described = counted.described()
@@ -267,7 +266,7 @@ def show(run: Run) -> None:
     out_console.print(
         "; ".join(text.partition(":")[0] for text in page.totals((one.id, one.count) for one in run.verdicts))
     )
-    show_verdicts([*run.verdicts, *stored.verdicts(own)])
+    show_verdicts([*run.verdicts, *stored_verdicts(own)])
     show_files(run.folder, "reproduction")
     show_places({"page": run.folder / "report.html"})
 
@@ -484,7 +483,7 @@ def judge_models(
             else:  # no clip tests it, and its judge says why
                 outcomes.append(claim.judge([], 0.0))
         found.append(verdict_of(claim, outcomes, random=random, model=model, experiment="clips"))
-    Files(folder).write_json("model_claims.json", stored.document(found))
+    Files(folder).write_json("model_claims.json", document(found))
     return found, failures
 
 

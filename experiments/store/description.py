@@ -11,8 +11,7 @@ from typing import Any
 from experiments.base.errors import UsageError, short
 from experiments.base.files import NAME, Files, to_json
 from experiments.store import provenance
-from experiments.store.asked import ASKED
-from experiments.store.command import command_note
+from experiments.store.asked import ASKED, command_note
 
 KIND = "kind"
 """The entry with the kind of the run: ``trials``, ``clips``, ..."""

@@ -20,7 +20,7 @@ from filelock import FileLock, Timeout
 from experiments.base.errors import UsageError
 from experiments.base.files import NAME as DESCRIPTION, Files, read_parquet
 from experiments.settings.parameters import Parameters, of_model, with_columns
-from experiments.store.command import command_note
+from experiments.store.asked import command_note
 from experiments.store.description import CPUS, ENDED, RENDERERS, begun, now, read_description, resumed, write_new
 from experiments.store.tables import FAILURE, RECORDING, TrialRecord, table
 

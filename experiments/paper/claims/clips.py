@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments.declare.checks import MARGIN, Check, Needs, decide, exceeds, unreadable
 from experiments.declare.claim import DSNN, Claim, shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import MARGIN, Check, Needs, Outcome, decide, exceeds, unreadable
 from experiments.judge.judge import EVERY, SHADES, SIGNED, Row, Rows
 from experiments.paper.claims.robot import CONNECTIONS, FEWER, PER_CORRELATOR
 from experiments.store.tables import group

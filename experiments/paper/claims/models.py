@@ -11,9 +11,8 @@ from functools import cache
 from typing import Any, Literal
 
 from dsnn import MODELS
-from experiments.declare.checks import Check, Needs
 from experiments.declare.claim import Claim, texts
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Needs, Outcome
 from experiments.judge.judge import SIGNED, Row, Rows
 from experiments.paper.claims.clips import answer, rows_of
 from experiments.paper.claims.model_clips import names

@@ -13,9 +13,8 @@ from itertools import pairwise
 from statistics import fmean
 from typing import Any
 
-from experiments.declare.checks import Check, Needs, exceeds, is_number
 from experiments.declare.claim import DSNN, shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Needs, Outcome, exceeds, is_number
 from experiments.judge.judge import Row, Rows, paper_trials
 from experiments.judge.tests import contrast, paired, summarise, trend
 from experiments.store.tables import group

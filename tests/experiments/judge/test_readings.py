@@ -5,9 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.declare.checks import Check
 from experiments.declare.claim import PAPER, claim_ids
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.registry import claims_on
 from experiments.paper.claims.clips import ASSUMED, compared
