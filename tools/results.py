@@ -32,8 +32,7 @@ import polars as pl
 from experiments.base.files import read_parquet
 from experiments.declare.claim import BEHAVIOURS, PAPER, claim_ids, texts
 from experiments.draw.terminal import SIGNS, seen_as
-from experiments.judge.count import Count, count_of
-from experiments.judge.verdict import Verdict, verdicts as stored_verdicts
+from experiments.judge.verdict import Count, Verdict, count_of, verdicts as stored_verdicts
 from experiments.kinds import registry
 from experiments.kinds.result import planned
 from experiments.paper.page import Scale
@@ -41,7 +40,7 @@ from experiments.paper.reproduce import design
 from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import read_description
+from experiments.store.folder import read_description
 from experiments.store.provenance import UNREPEATABLE
 
 ROOT = Path(__file__).parents[1]

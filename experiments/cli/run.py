@@ -79,7 +79,7 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     from experiments.kinds.compare import ROUNDING, first_difference
     from experiments.kinds.result import load, perform, planned
     from experiments.store import provenance
-    from experiments.store.description import CPUS, ENDED
+    from experiments.store.folder import CPUS, ENDED
 
     there = load(run)
     if there.whole:

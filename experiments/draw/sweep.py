@@ -16,7 +16,7 @@ from experiments.base import console, palette
 from experiments.declare.study import TOGETHER
 from experiments.draw import style
 from experiments.draw.findings import axis, unit
-from experiments.judge.count import count_of
+from experiments.judge.verdict import count_of
 from experiments.settings.grid import values_of
 
 _HELD, _FAILED = (palette.VERDICTS[state][0] for state in ("holds", "fails"))

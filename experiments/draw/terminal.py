@@ -11,8 +11,7 @@ from rich.text import Text
 
 from experiments.base import console, palette
 from experiments.judge.controls import MEANS
-from experiments.judge.count import Count
-from experiments.judge.verdict import Verdict
+from experiments.judge.verdict import Count, Verdict
 from experiments.store.tables import PEAKS
 
 SIGNS: Mapping[str, str] = {state: sign for state, (*_, sign) in palette.VERDICTS.items()}

@@ -26,8 +26,7 @@ from experiments.show.controls import controls
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder
 from experiments.store.plan import Plan
 from experiments.store.tables import PEAKS, TrialRecord, without_controls
 

@@ -21,15 +21,15 @@ from experiments.base.streams import stream
 from experiments.declare.outcome import together
 from experiments.declare.study import TOGETHER, Fit, Study
 from experiments.draw import fit as report, style
-from experiments.judge.count import Count, count
 from experiments.judge.sweep import MOST_SLACK, slack
+from experiments.judge.verdict import Count, count
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.result import Kind, load
 from experiments.settings.grid import apart, take
 from experiments.settings.models import look_up
 from experiments.settings.settings import by_section, check_counts, schema_of
 from experiments.store.asked import Asked
-from experiments.store.description import begin_whole, begun
+from experiments.store.folder import begin_whole, begun
 from experiments.store.plan import Plan
 from experiments.store.workers import Workers
 

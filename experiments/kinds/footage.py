@@ -38,8 +38,7 @@ from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS, begun, read_description
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder, begun, read_description
 from experiments.store.plan import Plan, print_notes
 from experiments.store.tables import COUNTS, PEAKS, TrialRecord, without_controls
 from experiments.store.workers import Workers

@@ -28,8 +28,7 @@ from experiments.settings.models import counted_channel
 from experiments.show.excitation import without_parts
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import BEGUN, KIND, THRESHOLDS, begun, read_description
-from experiments.store.folder import RunFolder, has_tables, read_table
+from experiments.store.folder import BEGUN, KIND, THRESHOLDS, RunFolder, begun, has_tables, read_description, read_table
 from experiments.store.plan import Plan, filled
 from experiments.store.recordings import recordings_in
 from experiments.store.tables import FAILURE, columns_of, table, without_controls

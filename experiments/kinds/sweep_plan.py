@@ -18,9 +18,8 @@ from experiments.base.values import key_values
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.declare.study import WHOLE, Levels, Study
-from experiments.judge import measures as measuring
 from experiments.judge.replicates import EVERY_MODEL, MODEL
-from experiments.judge.sweep import ClaimAt, Fewer, Share, Sweep
+from experiments.judge.sweep import SPIKES, TRUE, ClaimAt, Fewer, Share, Sweep, chosen, quantity
 from experiments.kinds import registry, trials
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
@@ -68,7 +67,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
     values = _applying(study.assignments, sections(declared, models))
     asked = Asked(kind="trials", values=values, repeats=study.repeats, seed=seed)
     whole, settings, repeats = trials.checked(declared, models, asked)
-    number, truth = len(whole.conditions()) * repeats, any(name.startswith(measuring.TRUE) for name in study.measures)
+    number, truth = len(whole.conditions()) * repeats, any(name.startswith(TRUE) for name in study.measures)
     resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
 
     def render(over: Mapping[str, str]) -> Any:
@@ -185,7 +184,7 @@ def sweep_of(
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
     renderings = {part.declared.name: _renderings(part, study, axes, parameters, only or {}) for part in parts}
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
-    measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
+    measures = tuple(chosen(study.measures or (() if claims else (SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
     parts = [part for part in parts if models_in or part.declared.name in asked]
     shown = [(part.declared.name, *rendering) for part in parts for rendering in renderings[part.declared.name]]
@@ -200,7 +199,7 @@ def sweep_of(
     resolved = {
         **_resolved(study, parts, specs, parameters), "repeats": each, "replicates": study.replicates, "seed": seed,
         "axes": axes, "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
-        "measures": [{"name": name, "unit": measuring.quantity(name).unit, "experiment": place}
+        "measures": [{"name": name, "unit": quantity(name).unit, "experiment": place}
                      for name, place, _ in measures],
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)

@@ -48,7 +48,7 @@ from experiments.settings.settings import check_counts
 from experiments.show.episodes import env_id, short_name
 from experiments.show.play import one_thread
 from experiments.store.asked import Asked
-from experiments.store.description import begun
+from experiments.store.folder import begun
 from experiments.store.plan import Plan, filled
 from experiments.store.provenance import versions
 from experiments.store.workers import Workers, starting

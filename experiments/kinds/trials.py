@@ -34,8 +34,7 @@ from experiments.show.robot import TRUE, RobotTrial, camera, is_random, trials_o
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, TRUE_TRIALS, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder
 from experiments.store.plan import Plan
 from experiments.store.tables import RESPONSES, TrialRecord, drawn_here, without_controls
 from scenes import arena_name

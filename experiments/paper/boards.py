@@ -36,7 +36,7 @@ from experiments.settings.models import COMPARED, ConfiguredModel, parse_label, 
 from experiments.settings.settings import watchers
 from experiments.show.play import ModelRunner, one_thread
 from experiments.store.asked import Asked
-from experiments.store.description import begin_whole
+from experiments.store.folder import begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.tables import without_controls
 from experiments.store.workers import Workers

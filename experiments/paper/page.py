@@ -19,8 +19,15 @@ from experiments.declare.study import WHOLE
 from experiments.draw import style
 from experiments.draw.robot import PAPER, panels
 from experiments.draw.terminal import SIGNS, is_unshown, not_run, seen_as
-from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, State
-from experiments.judge.verdict import Verdict, verdicts as stored_verdicts
+from experiments.judge.verdict import (
+    FAILS_TO,
+    HOLDS_FROM,
+    LEAST_JUDGED,
+    Count,
+    State,
+    Verdict,
+    verdicts as stored_verdicts,
+)
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load, whole_networks
 from experiments.kinds.tables import OFFLINE
@@ -29,7 +36,7 @@ from experiments.paper.claims.readings import CHOSEN_FOR, READINGS, used_to_choo
 from experiments.paper.studies.clips import compares_with
 from experiments.paper.studies.onboard import STUDY as ONBOARD
 from experiments.store import provenance
-from experiments.store.description import RENDERERS
+from experiments.store.folder import RENDERERS
 from experiments.store.tables import group, in_words
 
 SHORT = (

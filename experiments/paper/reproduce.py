@@ -27,19 +27,25 @@ from experiments.declare.study import Study
 from experiments.draw import robot, style, sweep as report
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import motion
-from experiments.judge.count import count
 from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE, judge as judge_rows
 from experiments.judge.replicates import EVERY_MODEL, MODEL, Replicate, judged, places_of, replicate
 from experiments.judge.scores import LEAST_SEEDS
 from experiments.judge.sweep import Sweep, read
-from experiments.judge.verdict import Verdict, document, plain as as_json, verdict_of, verdicts as stored_verdicts
+from experiments.judge.verdict import (
+    Verdict,
+    count,
+    document,
+    plain as as_json,
+    verdict_of,
+    verdicts as stored_verdicts,
+)
 from experiments.kinds import clips as offline, episodes, registry, sweep, sweep_plan, trials as robot_run
 from experiments.kinds.result import Kind, Run, load, whole_networks
 from experiments.kinds.tables import OFFLINE, kind_of
 from experiments.paper import page
-from experiments.paper.claims import footage, model_clips
+from experiments.paper.claims import footage
 from experiments.paper.claims.clips import LEAST_GREYS, with_model
-from experiments.paper.claims.models import model_claims
+from experiments.paper.claims.models import CLIPS, model_claims
 from experiments.paper.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.paper.claims.robot import FALLING, ROBOT_SPEEDS
 from experiments.paper.clips import PER_FRAME, prefix
@@ -50,7 +56,7 @@ from experiments.paper.studies.robot import DEFAULTS, SENSITIVITY as SENSITIVE
 from experiments.show.episodes import short_name
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS, begin_whole
+from experiments.store.folder import THRESHOLDS, begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.workers import Workers
 
@@ -457,13 +463,13 @@ def judge_models(
     wanted = claims_of(models)
     labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in sorted(claim.models)))
     names = dict.fromkeys(name for claim, _ in wanted for name in claim.conditions.get("clip", ()))
-    differ = {name for name in names if model_clips.CLIPS[name].is_random}
+    differ = {name for name in names if CLIPS[name].is_random}
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     thresholds: dict[str, float | None] = {}
     with pool.running():
         for name, repeats in (("even", 1), ("gratings", SEEDS)):
-            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in differ) == (repeats > 1))
+            clips = tuple(CLIPS[clip] for clip in names if (clip in differ) == (repeats > 1))
             if clips:
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
                 options = {"frames": False, "recordings": False}

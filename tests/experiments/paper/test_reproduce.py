@@ -10,8 +10,7 @@ import pytest
 
 from experiments.declare.claim import PAPER, claim_ids
 from experiments.declare.study import WHOLE
-from experiments.judge.count import Count
-from experiments.judge.verdict import verdicts as stored_verdicts
+from experiments.judge.verdict import Count, verdicts as stored_verdicts
 from experiments.kinds import registry
 from experiments.kinds.result import planned
 from experiments.paper import reproduce
