@@ -53,8 +53,7 @@ def reproduce(
 
 def sweep(
     experiment: Annotated[
-        str,
-        typer.Argument(metavar="EXPERIMENT|STUDY", help="Experiments, joined by commas; or a study."),
+        str, typer.Argument(metavar="EXPERIMENT|STUDY", help="Experiments, joined by commas; or a study.")
     ],
     over: options.Over = None,
     claims: Claims = None,

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from experiments.base.errors import UsageError
-from experiments.store.command import begun_by
+from experiments.store.asked import begun_by
 
 GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = {
     "run": {

@@ -106,7 +106,7 @@ def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "", *, dry
     """
     from experiments.base.console import out_console, print_troubles
     from experiments.base.files import results_folder
-    from experiments.kinds.kind import perform, planned
+    from experiments.kinds.result import perform, planned
     from experiments.store.plan import forecast
 
     plan = planned(asked)

@@ -93,8 +93,7 @@ def export(
     There is a program that measures itself on a board too; colias firmware decode reads what it sends.
     """
     from experiments.base.console import error_console, show_places
-    from experiments.robot import export as exporting
-    from experiments.robot import firmware
+    from experiments.robot import export as exporting, firmware
 
     options.check_new(folder)
     values = key_values(assignments)

@@ -19,8 +19,7 @@ from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import kind_of
-from experiments.store.asked import ASKED, Asked
-from experiments.store.command import begun_by
+from experiments.store.asked import ASKED, Asked, begun_by
 
 if TYPE_CHECKING:
     from experiments.store.workers import Workers as Pool
@@ -78,10 +77,9 @@ def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
     from experiments.base.console import error_console, out_console
     from experiments.base.files import results_folder
     from experiments.kinds.compare import ROUNDING, first_difference
-    from experiments.kinds.kind import perform, planned
-    from experiments.kinds.result import load
+    from experiments.kinds.result import load, perform, planned
     from experiments.store import provenance
-    from experiments.store.description import CPUS, ENDED
+    from experiments.store.folder import CPUS, ENDED
 
     there = load(run)
     if there.whole:
@@ -152,7 +150,7 @@ def watch(
     from experiments.base.files import results_folder
     from experiments.draw import viewer
     from experiments.kinds.footage import EARLY, STOPPED
-    from experiments.kinds.kind import perform, planned
+    from experiments.kinds.result import perform, planned
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")

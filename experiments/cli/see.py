@@ -205,8 +205,7 @@ def _write_stimulus(name: str, out: Path, values: Mapping[str, str], seed: int, 
 
 def list_names(
     kind: Annotated[
-        str | None,
-        typer.Argument(help=f"{', '.join(KINDS)}, parameters or runs; otherwise all but the last two."),
+        str | None, typer.Argument(help=f"{', '.join(KINDS)}, parameters or runs; otherwise all but the last two.")
     ] = None,
     of: Annotated[
         str | None, typer.Argument(help="Of parameters the experiment, a stimulus or firmware; the folder of runs.")

@@ -16,8 +16,7 @@ from typing import Any, Literal, TypeVar
 
 from experiments.base.errors import check_name, check_unique, short
 from experiments.base.user_code import traced
-from experiments.declare.checks import Check
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 
 WORDS = Path(__file__).parents[1] / "paper" / "claims" / "claims.toml"
 """The words of the claims that ship."""

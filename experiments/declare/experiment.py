@@ -14,15 +14,7 @@ from dsnn.field_docs import parameters, unit
 from experiments.base.errors import check_declared, check_known
 from experiments.base.user_code import run_main
 from experiments.declare.claim import Claim, check_claims
-from experiments.declare.conditions import (
-    BY_HAND,
-    CONDITION_COLUMNS,
-    WHERE_SET,
-    Condition,
-    Direction,
-    Hand,
-    Motion,
-)
+from experiments.declare.conditions import BY_HAND, CONDITION_COLUMNS, WHERE_SET, Condition, Direction, Hand, Motion
 
 Drawing = Literal["spikes", "mechanism", "excitation"]
 WHOLE, BALANCED = "dsnn", "dsnn:w_i=1"

@@ -37,7 +37,7 @@ class Study:
         Ids of claims, or claims. Without claims and measures: all that the experiments declare about a model of
         ``models``, and without those the mean number of spikes in each condition.
     measures
-        Names of `experiments.judge.measures.MEASURES`.
+        Names of `experiments.judge.sweep.MEASURES`.
     experiments
         Names, files or experiments as they are, of one kind; a claim is judged on the first that declares it. Without:
         for each claim the paper's experiment that answers for it.

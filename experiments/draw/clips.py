@@ -10,8 +10,7 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.declare.clip import ClipFigure
 from experiments.draw import findings, style
 from experiments.judge.judge import SIGNED
@@ -71,7 +70,7 @@ def draw(figure: ClipFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresho
             drawn, notes = _ranges(trials, thresholds)
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
-        style.caption(drawn, f"{title}. n = {terminal.count(n, 'trial')} of each clip and model.", *notes)
+        style.caption(drawn, f"{title}. n = {console.count(n, 'trial')} of each clip and model.", *notes)
     return drawn
 
 

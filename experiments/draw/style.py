@@ -216,7 +216,7 @@ def row_name(axes: Axes, name: str, level: float | None = None) -> None:
 
 def threshold(
     axes: Axes, level: float | None, *, signed: bool = False, named: bool = True, most: float = math.inf
-) -> None:  # fmt: skip
+) -> None:
     """Draw a threshold T with its number below the line, of either sign where the potential is ``signed``.
 
     One above ``most`` is named and not drawn, so that the axis fits the data. ``None``: there is none.

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from experiments.declare.checks import MARGIN
+from experiments.declare.outcome import MARGIN
 from experiments.judge.tests import LEVEL, Floats, holm, paired, written
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_label
 

@@ -13,10 +13,9 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
-from experiments.declare.checks import is_number, unreadable
 from experiments.declare.claim import Claim
 from experiments.declare.conditions import CONDITION_COLUMNS
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Outcome, is_number, unreadable
 from experiments.settings.models import NO_SPIKES
 from experiments.store.tables import group, is_imported
 from scenes.hints import nearest

@@ -18,7 +18,7 @@ import polars as pl
 
 from experiments.base.streams import stream
 from experiments.judge.tests import SEED, proportion_interval
-from experiments.show.flow import TICK_S
+from experiments.show.video import TICK_S
 
 Floats = npt.NDArray[np.float64]
 

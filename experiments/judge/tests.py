@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.base.streams import stream
-from experiments.declare.checks import is_number
+from experiments.declare.outcome import is_number
 from experiments.store.tables import finite, group
 
 RESAMPLES, PERMUTATIONS = 10_000, 9_999

@@ -16,7 +16,7 @@ from experiments.judge.tests import contrast, holm, paired
 from experiments.kinds.result import Run, load
 from experiments.show.clips import SHOWN, TRIALS
 from experiments.show.trial_rows import TRIAL_SCHEMA
-from experiments.store.description import DERIVED, differences
+from experiments.store.folder import DERIVED, differences
 from experiments.store.provenance import UNREPEATABLE
 from experiments.store.tables import table
 

@@ -24,11 +24,10 @@ from experiments.base.user_code import declared, is_own
 from experiments.declare.behaviour import ENDING, Behaviour, load_policy
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import scores as scoring
-from experiments.judge import stored
 from experiments.judge.tests import Score
-from experiments.kinds.kind import Kind, concluding
+from experiments.judge.verdict import document
 from experiments.kinds.registry import claims_on
-from experiments.kinds.result import Run, load
+from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
 from experiments.settings.models import CONTROL, choose, named_model
 from experiments.settings.settings import check_counts
@@ -216,7 +215,7 @@ def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
 
     played, trials = plan.declared, folder.table("trials")
     claims = claims_on("behaviours").values() if played.default else ()  # a claim is about the env as it is
-    folder.write_json("claims.json", stored.document(scoring.verdicts(claims, played.env, played.names, trials)))
+    folder.write_json("claims.json", document(scoring.verdicts(claims, played.env, played.names, trials)))
     summary = scoring.summary(trials, played.env, played.reference)
     if not summary.is_empty():
         folder.write_rows("summary.csv", summary.to_dicts())

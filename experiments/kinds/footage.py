@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import polars as pl
 
@@ -22,13 +22,12 @@ from experiments.base.files import NAME, part
 from experiments.base.user_code import is_own
 from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
-from experiments.draw.terminal import show_verdicts
-from experiments.judge import motion, stored
+from experiments.draw.terminal import show_controls, show_verdicts
+from experiments.judge import motion
 from experiments.judge.controls import numbers
 from experiments.judge.motion import GRADES, grades, near_miss
-from experiments.kinds.controlled import show_controls
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run
+from experiments.judge.verdict import document
+from experiments.kinds.result import Kind, Run
 from experiments.kinds.tables import CLAIMS, shipped
 from experiments.settings.models import ConfiguredModel, rate_notes, shown_models
 from experiments.settings.parameters import differing
@@ -39,14 +38,10 @@ from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS, begun, read_description
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder, begun, read_description
 from experiments.store.plan import Plan, print_notes
 from experiments.store.tables import COUNTS, PEAKS, TrialRecord, without_controls
 from experiments.store.workers import Workers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BLOCK_FRAMES, EVERY_S = 64, 0.1
 """Frames that are recorded at once, and time between two parts that a viewer gets."""
@@ -283,7 +278,7 @@ def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
     found = motion.motions(frames, {model.label: model.thresholds for model in models})
     judged = shipped(CLAIMS["footage"]).verdicts(frames, models, "watch") if source.flow else []
     folder.write_text("summary.csv", found.write_csv())
-    folder.write_json("claims.json", stored.document(judged))
+    folder.write_json("claims.json", document(judged))
     if every.height > frames.height:
         folder.write_rows("controls.csv", numbers(every, models))
     folder.write_json(NAME, {**read_description(folder.folder), NOTES: notes, EARLY: bool(early),
@@ -296,11 +291,6 @@ def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
 
 
 # Reading it.
-
-
-def draw(run: Run) -> Figure:
-    """Refuse: footage has no figure."""
-    raise UsageError(f"{run.folder}: footage has no figure; its recording shows it")
 
 
 def show(run: Run) -> None:
@@ -316,7 +306,7 @@ def show(run: Run) -> None:
     console.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
     if run.description["judged"]:
         console.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
-    show_controls(run)
+    show_controls(run.controls)
     show_verdicts(run.verdicts, model=len(run.models) > 1)
     show_files(run.folder, console.count(run.trials["frames"][0], "frame"))
 
@@ -326,4 +316,4 @@ def _filled(table: pl.DataFrame) -> pl.DataFrame:
     return table.select(column for column in table if column.null_count() < table.height)
 
 
-KIND = Kind(plan, work, draw, show, renders=None)
+KIND = Kind(plan, work, "footage has no figure; its recording shows it", show, renders=None)

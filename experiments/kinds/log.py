@@ -19,8 +19,7 @@ from experiments.base.files import Files
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.kinds import registry, trials
-from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run, concluding
 from experiments.robot.log_trial import LEAST_FPS, LogTrial, lacking, pictures_in, record, trial_folder
 from experiments.robot.logs import (
     CHANNELS,

@@ -19,14 +19,12 @@ from experiments.declare.study import Levels, Study
 from experiments.judge.sweep import ClaimAt, Fewer, Play, Sweep, Tables, Then, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
-from experiments.kinds.kind import Kind
 from experiments.kinds.registry import shipped_study, typed
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run
 from experiments.kinds.sweep_plan import sweep_of
 from experiments.kinds.tables import PLANS, STUDIES, shipped
 from experiments.show import clips
-from experiments.show.play import FRAMES, Trial, tabulate
-from experiments.show.play import show as shown_to
+from experiments.show.play import FRAMES, Trial, show as shown_to, tabulate
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_TRIALS
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
@@ -132,8 +130,10 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
 
 def conclude(plan: Plan[Any], folder: RunFolder, play: Play) -> None:
     """Judge the claims, and write ``outcomes.csv``, ``counts.csv``, ``NAME.json`` and ``NAME.svg``."""
-    from experiments.draw import style  # not before: workers do without matplotlib
-    from experiments.draw import sweep as report
+    from experiments.draw import (
+        style,  # not before: workers do without matplotlib
+        sweep as report,
+    )
 
     result = read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
     described, name = result.described(), plan.name

@@ -18,11 +18,9 @@ from experiments.base.values import key_values
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.declare.study import WHOLE, Levels, Study
-from experiments.judge import measures as measuring
 from experiments.judge.replicates import EVERY_MODEL, MODEL
-from experiments.judge.sweep import ClaimAt, Fewer, Share, Sweep
+from experiments.judge.sweep import SPIKES, TRUE, ClaimAt, Fewer, Share, Sweep, chosen, quantity
 from experiments.kinds import registry, trials
-from experiments.kinds.registry import answering_for, asked_models, claims_of
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
@@ -69,7 +67,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
     values = _applying(study.assignments, sections(declared, models))
     asked = Asked(kind="trials", values=values, repeats=study.repeats, seed=seed)
     whole, settings, repeats = trials.checked(declared, models, asked)
-    number, truth = len(whole.conditions()) * repeats, any(name.startswith(measuring.TRUE) for name in study.measures)
+    number, truth = len(whole.conditions()) * repeats, any(name.startswith(TRUE) for name in study.measures)
     resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
 
     def render(over: Mapping[str, str]) -> Any:
@@ -83,8 +81,7 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
 
         return experiment.conditions(), specs, is_random(moved)
 
-    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
-            "experiment": whole.design}  # fmt: skip
+    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene, "experiment": whole.design}
     return Part(whole, settings.models, base, repeats, render, {**resolved, "changed": changed})
 
 
@@ -168,13 +165,13 @@ def sweep_of(
     experiments, on_robot = _experiments(study, repeats)
     study = study if repeats is None else dataclasses.replace(study, repeats=repeats)
     if not study.models:
-        models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
+        models_in = models_in or {experiment.name: registry.asked_models(experiment) for experiment in experiments}
         study = dataclasses.replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
     if not on_robot and not claim_at and len(models) > 1:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
-    claims = claims_of(experiments, study, [] if models_in or claim_at else models)
+    claims = registry.claims_of(experiments, study, [] if models_in or claim_at else models)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
@@ -187,7 +184,7 @@ def sweep_of(
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
     renderings = {part.declared.name: _renderings(part, study, axes, parameters, only or {}) for part in parts}
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
-    measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
+    measures = tuple(chosen(study.measures or (() if claims else (SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
     parts = [part for part in parts if models_in or part.declared.name in asked]
     shown = [(part.declared.name, *rendering) for part in parts for rendering in renderings[part.declared.name]]
@@ -202,7 +199,7 @@ def sweep_of(
     resolved = {
         **_resolved(study, parts, specs, parameters), "repeats": each, "replicates": study.replicates, "seed": seed,
         "axes": axes, "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
-        "measures": [{"name": name, "unit": measuring.quantity(name).unit, "experiment": place}
+        "measures": [{"name": name, "unit": quantity(name).unit, "experiment": place}
                      for name, place, _ in measures],
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
@@ -214,7 +211,7 @@ def sweep_of(
 
 def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
     """Return the experiments of a study, all of one kind, and whether a robot is in them."""
-    experiments: list[Any] = list(map(registry.find, study.experiments or answering_for(study.claims)))
+    experiments: list[Any] = list(map(registry.find, study.experiments or registry.answering_for(study.claims)))
     names = [experiment.name for experiment in experiments]
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):

@@ -48,11 +48,7 @@ def measure(folder: Path, fps: float, gain: float) -> Measured:
     """
     settings: dict[str, object] = {}
     notes: list[str] = []
-    kinds = {
-        "still": lambda films: _noise(films, gain),
-        "edge": lambda films: _row_time(films, fps),
-        "loop": _exposure,
-    }
+    kinds = {"still": lambda films: _noise(films, gain), "edge": lambda films: _row_time(films, fps), "loop": _exposure}
     for kind, measured in kinds.items():
         films = [read_frames(path) for path in sorted(folder.glob(f"{kind}*"))]
         with as_usage_error(f"{folder}, {kind}*: "):

@@ -12,9 +12,8 @@ from typing import Any
 
 import polars as pl
 
-from experiments.robot.firmware import MODEL
+from experiments.robot.firmware import MODEL, Q15
 from experiments.robot.logs import ROBOT, SIMULATION
-from experiments.robot.qemu import Q15
 
 NONE = "-"
 """What stands where a board cannot tell."""

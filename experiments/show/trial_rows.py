@@ -24,9 +24,9 @@ import polars as pl
 
 from colias_sim.config import CameraConfig
 from colias_sim.truth import COLUMNS
-from experiments.declare.checks import is_number
 from experiments.declare.conditions import CONDITION_COLUMNS, Condition
 from experiments.declare.experiment import Drawing
+from experiments.declare.outcome import is_number
 from experiments.settings.models import ConfiguredModel
 from experiments.show.course import ROBOT_RADIUS_CM, half_crossing
 from experiments.show.play import ERRORS

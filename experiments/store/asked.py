@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 ASKED = "asked"
@@ -69,3 +73,24 @@ class Asked:
         """Return an option of the kind, or its default."""
         value = self.options.get(name)
         return default if value is None else value
+
+
+_command: ContextVar[Mapping[str, Any] | None] = ContextVar("command", default=None)
+
+
+@contextlib.contextmanager
+def begun_by(command: Mapping[str, Any]) -> Iterator[None]:
+    """Note a command and the current folder in the runs that are begun in the block."""
+    token = _command.set({**command, "folder": str(Path.cwd())})
+    try:
+        yield
+    finally:
+        _command.reset(token)
+
+
+def command_note(run: Path) -> dict[str, Any]:
+    """Return the entry of the ``run.json`` in a folder; none where the command is not known."""
+    command = _command.get()
+    if command is None:
+        return {}
+    return {"command": {**command, "folder_from_run": os.path.relpath(command["folder"], run.resolve())}}

@@ -23,8 +23,7 @@ from experiments.settings.models import ConfiguredModel, rate_notes
 from experiments.settings.parameters import Parameters
 from experiments.store import provenance
 from experiments.store.asked import ASKED, Asked
-from experiments.store.description import KIND
-from experiments.store.folder import RunFolder
+from experiments.store.folder import KIND, RunFolder
 from experiments.store.tables import TrialRecord, in_words
 from experiments.store.workers import Workers, finished
 

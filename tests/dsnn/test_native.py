@@ -10,8 +10,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from dsnn import DSNN, LGMD1, DSNNParams, Hybrid, forms, native
 from dsnn.exponential import exp

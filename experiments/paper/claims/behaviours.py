@@ -8,9 +8,8 @@ import polars as pl
 
 from colias_sim.envs import ENVS
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.declare.checks import Check
 from experiments.declare.claim import shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 from experiments.judge import scores as episodes
 from experiments.judge.scores import held, mean_difference, rate_ratio
 

@@ -31,10 +31,8 @@ from collections.abc import Sequence
 import numpy as np
 import polars as pl
 
-from experiments.declare.checks import Check
-from experiments.declare.claim import Claim
-from experiments.declare.claim import shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.claim import Claim, shipped as claim
+from experiments.declare.outcome import Check, Outcome
 from experiments.judge.motion import (
     LEAST_FRAMES,
     LEAST_SECONDS,

@@ -40,7 +40,7 @@ READINGS: Mapping[str, tuple[str, ...]] = {
     # with a nearly identical translating time window" (Fig. 16). Taken is the whole crossing; C29 says the same
     # of one window.
     WINDOW: ("spikes in one time window for all speeds",),
-}  # fmt: skip
+}
 """Reading taken -> the others, in the order in which the report tells them."""
 
 CHOSEN_FOR: Mapping[str, tuple[str, ...]] = {

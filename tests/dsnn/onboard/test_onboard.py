@@ -6,8 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from dsnn import OnboardDSNN, OnboardParams, forms, native
 from dsnn.onboard.codes import coded, decoded

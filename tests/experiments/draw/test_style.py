@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from experiments import ClipFigure
 from experiments.base import palette
-from experiments.draw import clips as clips_figure
-from experiments.draw import style
+from experiments.draw import clips as clips_figure, style
 from experiments.judge.tests import summarise
 from tests.helpers.figure_rows import SPEEDS, clip_frames, clip_trials, drawn_robot, robot_rows
 

@@ -1,9 +1,8 @@
 """What commands print of verdicts."""
 
 from experiments.base import console
-from experiments.declare.checks import Check
 from experiments.declare.claim import Claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 from experiments.draw.terminal import not_run, show_verdicts
 from experiments.judge.verdict import verdict_of
 

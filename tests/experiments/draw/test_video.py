@@ -17,8 +17,7 @@ from experiments.cli import main
 from experiments.draw import video
 from experiments.draw.video import Canvas, Reel, changes, film_times, make, moments, strip
 from experiments.kinds.episodes import load_behaviour
-from experiments.show.episodes import play
-from experiments.show.episodes import record as record_episode
+from experiments.show.episodes import play, record as record_episode
 from experiments.store.recordings import pictures_of, recording
 from tests.experiments.show.test_record import CONTENT, written
 from tests.experiments.show.test_trial import spec

@@ -7,7 +7,7 @@ from experiments import UsageError, load, score
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.kinds import episodes as behave
 from experiments.kinds.episodes import env_options
-from experiments.kinds.kind import perform
+from experiments.kinds.result import perform
 from experiments.paper import reproduce
 from experiments.paper.behaviours import GROUPS
 from experiments.store.asked import Asked

@@ -19,9 +19,9 @@ from experiments.base.errors import UsageError
 from experiments.cli import main
 from experiments.declare.study import TOGETHER
 from experiments.draw.sweep import draw, finding
-from experiments.judge.count import Count, count_of
 from experiments.judge.judge import judge as outcome
 from experiments.judge.sweep import read
+from experiments.judge.verdict import Count, count_of
 from experiments.kinds import registry, sweep_plan
 from experiments.kinds.registry import find_claim, typed
 from experiments.settings.grid import levels_of, points_of

@@ -10,13 +10,12 @@ import pytest
 
 from experiments.declare.claim import PAPER, claim_ids
 from experiments.declare.study import WHOLE
-from experiments.judge import stored
-from experiments.judge.count import Count
+from experiments.judge.verdict import Count, verdicts as stored_verdicts
 from experiments.kinds import registry
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
 from experiments.paper import reproduce
+from experiments.paper.page import FULL, QUICK, USUAL, Scale
 from experiments.paper.reproduce import judge, pooled, verdicts
-from experiments.paper.scale import FULL, QUICK, USUAL, Scale
 from experiments.paper.studies.robot import SENSITIVITY
 from experiments.show import play
 from experiments.show.robot import RobotTrial
@@ -76,7 +75,7 @@ def folder(tmp_path_factory):
 
 
 def claims(folder, name="claims"):
-    return {claim.id: claim for claim in stored.verdicts(json.loads((folder / f"{name}.json").read_text()))}
+    return {claim.id: claim for claim in stored_verdicts(json.loads((folder / f"{name}.json").read_text()))}
 
 
 def test_every_claim_of_the_registry_has_a_verdict_and_says_why_where_it_has_none(folder):

@@ -9,8 +9,8 @@ from experiments.judge.judge import judge
 from experiments.judge.sweep import read
 from experiments.judge.tests import mcnemar
 from experiments.kinds import sweep
-from experiments.kinds.kind import perform
 from experiments.kinds.registry import find_claim
+from experiments.kinds.result import perform
 from experiments.paper.studies import why
 from experiments.store.asked import Asked
 from experiments.store.workers import Workers

@@ -11,8 +11,7 @@ from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR, PURSUIT
-from experiments.kinds.episodes import load_behaviour
-from experiments.kinds.episodes import plan as plan_episodes
+from experiments.kinds.episodes import load_behaviour, plan as plan_episodes
 from experiments.paper.behaviours import BEHAVIOURS
 from experiments.show.episodes import play, response, wheels
 from experiments.store.asked import Asked

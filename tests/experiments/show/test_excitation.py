@@ -11,7 +11,7 @@ from dsnn import ReferenceDSNN
 from dsnn.direction import reference as layers
 from dsnn.filters import alpha
 from experiments.declare.experiment import NEEDED
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
 from experiments.show.excitation import BALANCED, WHOLE, sums
 from experiments.store.asked import Asked
 from tests.helpers import plans

@@ -10,8 +10,8 @@ from dsnn import DSNN
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import visit
 from experiments.kinds import episodes as behave
+from experiments.paper import boards as leaderboard
 from experiments.settings.settings import Settings, watchers
-from experiments.show import timing as leaderboard
 from experiments.show.play import play
 from experiments.show.robot import RobotTrial
 from experiments.store.asked import Asked
