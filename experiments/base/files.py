@@ -61,6 +61,11 @@ def read_parquet(path: Path | list[Path], columns: list[str] | None = None) -> p
     return pl.read_parquet(path, columns=columns, glob=False, hive_partitioning=False)
 
 
+def read_json(path: Path) -> Any:
+    """Read a JSON file."""
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
 def to_json(value: Any) -> str:
     """Return indented JSON; dataclasses become objects."""
     return json.dumps(value, indent=2, default=plain) + "\n"

@@ -6,18 +6,17 @@ Heavy imports happen when they run.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from experiments.base.console import count, show_files
 from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import BOARDS, shipped
 from experiments.store.asked import Asked
-
-if TYPE_CHECKING:
-    from experiments.store.workers import Workers
+from experiments.store.workers import Workers
 
 MODEL_CLAIMS = "model-claims"
 """The study of the claims of the looming models' own papers."""
@@ -96,7 +95,6 @@ def _names(text: str | None) -> list[str] | None:
 
 def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> int:
     """Judge the claims of models' own papers, and show them."""
-    from experiments.base.console import count, show_files
     from experiments.draw.terminal import show_verdicts
 
     verdicts, failures = shipped(BOARDS["reproduction"]).judge_models(folder, names, seed, pool)

@@ -10,19 +10,18 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from experiments.base import interrupts
+from experiments.base.console import error_console, out_console
 from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import kind_of
 from experiments.store.asked import ASKED, Asked, begun_by
-
-if TYPE_CHECKING:
-    from experiments.store.workers import Workers as Pool
+from experiments.store.workers import Workers
 
 
 def run(
@@ -68,13 +67,12 @@ def run(
     return options.finish(asked, out, pool, dry=dry_run)
 
 
-def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
+def _repeat(run: Path, out: Path | None, pool: Workers) -> int:
     """Do what was asked for once more, with your own files as they are at their places, into a new folder.
 
     Then every row is compared with the run's, and the first that differs by more than rounding is named. What computes
     otherwise than it did, such as a file that has changed or another CPU, is named in a note.
     """
-    from experiments.base.console import error_console, out_console
     from experiments.base.files import results_folder
     from experiments.kinds.compare import ROUNDING, first_difference
     from experiments.kinds.result import load, perform, planned

@@ -14,6 +14,7 @@ import typer
 
 import dsnn
 from experiments.base import interrupts
+from experiments.base.console import count, error_console, out_console, progress, show_places
 from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.base.values import key_values
 from experiments.cli import options
@@ -46,7 +47,6 @@ def view(
 
     The viewer ends with this command. --screenshot needs no screen; of a recording it shows the middle.
     """
-    from experiments.base.console import out_console
     from experiments.draw import viewer
     from experiments.store.recordings import recording, recordings_in
 
@@ -123,7 +123,6 @@ def video(
     With --truth a trial of RUN is played once more, and its flow, depth, surfaces, poses and responses are written too.
     """
     from dsnn.stimuli import STIMULI
-    from experiments.base.console import progress, show_places
     from experiments.draw.video import Reel, film_times, make, strip
     from experiments.store.recordings import recording
 
@@ -218,8 +217,6 @@ def list_names(
     parameters: every key of --set, with its default, bounds, unit and meaning. runs: when each was begun, its
     experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
     """
-    from experiments.base.console import out_console
-
     if kind == "runs":
         return _list_runs(Path(of or "runs"))
     if kind == "parameters":
@@ -274,7 +271,6 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
     from rich.text import Text
 
     from dsnn.stimuli import STIMULI
-    from experiments.base.console import out_console
     from experiments.base.user_code import declares, is_file
     from experiments.declare.clip import find_stimulus
     from experiments.kinds import registry
@@ -304,7 +300,6 @@ def _list_runs(folder: Path) -> int:
     import polars as pl
     from rich.text import Text
 
-    from experiments.base.console import count, error_console, out_console
     from experiments.kinds.result import runs
 
     table = runs(folder)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar, get_args
 
 from pydantic import AfterValidator, Field
@@ -97,9 +96,9 @@ class Experiment:
     claims: tuple[str | Claim, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
     figure: Drawing = "spikes"
-    arena: str = dataclasses.field(default="", metadata=WHERE_SET)
-    settings: Mapping[str, Any] = dataclasses.field(default_factory=dict, metadata=WHERE_SET)
-    file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
+    arena: str = field(default="", metadata=WHERE_SET)
+    settings: Mapping[str, Any] = field(default_factory=dict, metadata=WHERE_SET)
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
     kind: ClassVar[str] = "trials"
 
     def __post_init__(self) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -18,14 +17,13 @@ from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.declare.experiment import BALANCED, PARTS, WHOLE
 from experiments.draw import findings, style
 from experiments.draw.findings import axis, drawn_of, level_text, unit
-from experiments.judge.tests import LEAST_FOR_INTERVAL
+from experiments.judge.tests import LEAST_FOR_INTERVAL, Floats
 from experiments.show.excitation import MOTION
 from experiments.show.trial_rows import varying
 from experiments.store.tables import origin
 
 Row = Mapping[str, Any]
 Thresholds = Mapping[str, float | None]
-Floats = npt.NDArray[np.float64]
 Lines = dict[tuple[Any, str], tuple[Floats, Floats]]
 """Level and other condition -> places along the axis, shape (T,), and the trials' values there, (trials, T)."""
 PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "angle_deg",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import re
 import textwrap
@@ -21,7 +20,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
 from experiments.base import palette
-from experiments.base.files import NAME, replacing
+from experiments.base.files import NAME, read_json, replacing
 from experiments.judge.tests import summarise, written
 from experiments.settings.parameters import in_words
 from experiments.store import provenance
@@ -305,7 +304,7 @@ def drawn_from(folder: Path) -> str:
     For a run of runs, the code of its first part. Empty where there is no run.
     """
     for place in (folder / NAME, *sorted(folder.glob(f"*/{NAME}"))):
-        described = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
+        described = read_json(place) if place.is_file() else {}
         if "source" in described:
             return f"code {described['code']}, commit {provenance.commit(described['source']) or 'unknown'}"
     return ""

@@ -25,9 +25,8 @@ import polars as pl
 
 from dsnn.looming.layers import REST
 from experiments.base.streams import stream
-from experiments.judge.tests import LEVEL, PERMUTATIONS, SEED, first_alarm_s
+from experiments.judge.tests import LEVEL, PERMUTATIONS, SEED, Floats, first_alarm_s
 
-Floats = npt.NDArray[np.float64]
 Values = Sequence[float] | pl.Series | Floats
 
 NOTHING = 1e-6

@@ -17,10 +17,8 @@ import numpy.typing as npt
 import polars as pl
 
 from experiments.base.streams import stream
-from experiments.judge.tests import SEED, proportion_interval
+from experiments.judge.tests import SEED, Floats, proportion_interval
 from experiments.show.video import TICK_S
-
-Floats = npt.NDArray[np.float64]
 
 GAP_S, GAP_FRAMES, LEAST_FRAMES = 0.25, 3, 3
 DIRECTIONS = {"hs": ("rightward", "leftward"), "vs": ("downward", "upward"), "looming": ("looming", "looming")}

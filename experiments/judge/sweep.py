@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -485,4 +484,4 @@ def read(sweep: Sweep, rows: Sequence[Mapping[str, Any]], failures: Sequence[Map
                         lost[experiment, name] += not there
             thresholds = {name: model.thresholds for name, model in models.items()}
             found.setdefault((point, judge), []).append(Replicate(tuple(own), lost, thresholds))
-    return dataclasses.replace(sweep, replicates=found, failures=failures)
+    return replace(sweep, replicates=found, failures=failures)

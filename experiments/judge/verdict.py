@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from numbers import Real
 from typing import Any, Literal
 
@@ -274,8 +273,8 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
 
 def plain(value: Any) -> Any:
     """Return a record as JSON has it; a number that is not finite, for which JSON has none, stands as a text."""
-    if dataclasses.is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, tuple):
         return [plain(part) for part in value]
     if isinstance(value, Real) and not isinstance(value, int):

@@ -201,7 +201,7 @@ def load_behaviour(source: str) -> Behaviour:
         known, groups = shipped(BEHAVIOURS["behaviours"]), shipped(BEHAVIOURS["groups"])
         check_known("behaviour", source, known if source in groups else (*groups, *known))
         return cast(Behaviour, known[source])
-    entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
+    entry = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
     return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
 

@@ -389,11 +389,12 @@ def _result(
     word = word if own["satisfied"] == own["claims"] else "not fitted"
     low, high = share.interval or (0.0, 1.0)
     named = ", ".join(f"{key}={value}" for key, value in winner.items())
-    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search; all of them on"
-             f" fresh seeds: {counted.sentence()}",
-             f"{share} settings that fill the box evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of"
-             " the box",
-             f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip
+    found = f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search"
+    lines = [
+        f"{found}; all of them on fresh seeds: {counted.sentence()}",
+        f"{share} settings spread evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of the box",
+        f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}",
+    ]
     return {"sentences": lines, "winner": winner, "word": word,
             "share": {"satisfied": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
             "looks": looks}  # fmt: skip

@@ -6,7 +6,6 @@ import dataclasses
 import datetime
 import html
 import io
-import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import polars as pl
 
 from experiments.base.errors import UsageError, short
-from experiments.base.files import NAME
+from experiments.base.files import NAME, read_json
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import WHOLE
 from experiments.judge.controls import COLUMNS as CONTROL_COLUMNS
@@ -324,7 +323,7 @@ class Run:
 
     def _json(self, name: str) -> Any:
         path = self.folder / name
-        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
+        return read_json(path) if path.is_file() else []
 
     def __str__(self) -> str:
         changed, verdicts = (f"{text}; " if text else "" for text in (self.changed, _in_words(self.verdicts)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -14,6 +13,7 @@ import polars as pl
 
 from experiments.base.console import show_places
 from experiments.base.errors import UsageError
+from experiments.base.files import read_json
 from experiments.declare.clip import Clip
 from experiments.declare.study import Levels, Study
 from experiments.judge.sweep import ClaimAt, Fewer, Play, Sweep, Tables, Then, read
@@ -154,8 +154,7 @@ def described(run: Run) -> Mapping[str, Any]:
     path = run.folder / f"{run.name}.json"
     if not path.is_file():
         raise UsageError(f"{run.folder}: no {path.name} there: the sweep is not finished")
-    content: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return content
+    return dict(read_json(path))
 
 
 def draw(run: Run) -> Figure:

@@ -6,9 +6,8 @@ Trials that no axis changes are run once, and count at every point.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -71,13 +70,13 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
     resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
 
     def render(over: Mapping[str, str]) -> Any:
-        point = dataclasses.replace(asked, values={**asked.values, **over})
+        point = replace(asked, values={**asked.values, **over})
         experiment, moved, _ = trials.checked(declared, models, point)
 
         def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
-            seen = dataclasses.replace(moved, models=shown)
+            seen = replace(moved, models=shown)
             found = trials_of(experiment, seen, repeats, seed + replicate, truth=truth)
-            return [dataclasses.replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
+            return [replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
 
         return experiment.conditions(), specs, is_random(moved)
 
@@ -122,9 +121,9 @@ def _with_clips_set(declared: OfflineExperiment, values: Mapping[str, str]) -> O
     def with_own(clip: Clip) -> Clip:
         own = {key.partition(".")[2]: text for key, text in values.items() if key.partition(".")[0] == clip.entry.name}
         params = with_values(clip.entry.name, clip.build(0).params, own)
-        return dataclasses.replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
+        return replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
 
-    return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
+    return replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
 
 
 def sections_of(declared: Any) -> Base:
@@ -163,10 +162,10 @@ def sweep_of(
     """
     check_counts(seed, study.replicates, "--replicates")
     experiments, on_robot = _experiments(study, repeats)
-    study = study if repeats is None else dataclasses.replace(study, repeats=repeats)
+    study = study if repeats is None else replace(study, repeats=repeats)
     if not study.models:
         models_in = models_in or {experiment.name: registry.asked_models(experiment) for experiment in experiments}
-        study = dataclasses.replace(study, models=(MODEL,))
+        study = replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
     if not on_robot and not claim_at and len(models) > 1:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
@@ -190,7 +189,7 @@ def sweep_of(
     shown = [(part.declared.name, *rendering) for part in parts for rendering in renderings[part.declared.name]]
     fixed = frozenset((point, name) for name, *_, random, _, watching in shown if not random for point in watching)
     if not any(random for *_, random, _, _ in shown):
-        study = dataclasses.replace(study, replicates=1)
+        study = replace(study, replicates=1)
     specs, shares = _trials(shown, study.replicates, fewer, judged[0] if models_in or not on_robot else None)
     if claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
@@ -238,7 +237,7 @@ def _trials(
         labels = {model.label for seen in counting.values() for model in seen.values()}
         found = rendered(replicate, tuple(model for label, model in variants.items() if label in labels))
         numbers = range(len(specs), len(specs) + len(found))
-        specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
+        specs += [replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
         for point, seen in counting.items():
             if whole is None:
                 shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
@@ -315,7 +314,7 @@ def _renderings(
                                          if key.partition(".")[0] == section})
                 for section, value in ((model.section, model.network), ("processor", model.processor))
             )  # fmt: skip
-            moved_model = dataclasses.replace(model, label=label, network=network, processor=processor)
+            moved_model = replace(model, label=label, network=network, processor=processor)
             variants.setdefault(label, moved_model)
             watching.setdefault(point, {})[model.label] = variants[label]
         if watching:

@@ -135,9 +135,8 @@ def both_eyes(settings: Settings) -> Settings:
     try:
         eye = camera(settings, TRUE)
     except ValidationError as error:
-        raise UsageError(
-            f"--eyes both: the camera of preset {TRUE} cannot have the set size or rate: {error.errors()[0]['msg']}"
-        ) from None
+        reason = error.errors()[0]["msg"]
+        raise UsageError(f"--eyes both: preset {TRUE} cannot have the set size or rate: {reason}") from None
     if eye == settings.camera:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
     more = tuple(dataclasses.replace(model, label=f"{model.label}{EYE}{TRUE}") for model in settings.models)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from experiments.base import palette
-from experiments.base.files import Files
+from experiments.base.files import Files, read_json
 from experiments.base.templates import render
 from experiments.declare.claim import EACH_TRIAL, texts
 from experiments.declare.outcome import REASONS
@@ -128,7 +127,7 @@ MOST_FAILURES = 5
 
 def write(folder: Path) -> Path:
     """Write ``report.html`` and the robot's panels into the folder of a reproduction; return the page's path."""
-    design = json.loads((folder / "design.json").read_text(encoding="utf-8"))  # of the last reproduction there alone
+    design = read_json(folder / "design.json")  # of the last reproduction there alone
     there = {run.folder.name: run for run in load(folder).parts}
     runs = [there[name] for name in design["parts"] if name in there]
     if trials := {run.folder.name: whole_networks(run) for run in runs if run.done and run.folder.name in PAPER}:
@@ -139,10 +138,8 @@ def write(folder: Path) -> Path:
 
 def report(folder: Path, design: Mapping[str, Any], runs: Sequence[Run]) -> str:
     """Return the page of a reproduction, its ``design.json`` and parts: HTML that needs nothing from outside."""
-    pooled, readings, claims, own = (
-        json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
-        for name in ("pooled", "readings", "claims", "behaviours")
-    )
+    names = ("pooled", "readings", "claims", "behaviours")
+    pooled, readings, claims, own = (read_json(folder / f"{name}.json") for name in names)
     verdicts = stored_verdicts(claims)
     rows = [_row(claim, pooled, readings) for claim in (*verdicts, *stored_verdicts(own))]
     sections = group(_sections(folder, design["parts"], runs), "chapter")
@@ -221,7 +218,7 @@ def _sections(folder: Path, names: Sequence[str], runs: Sequence[Run]) -> Iterat
     parts = [(chapter, run.folder.name, style.sentence(run.words), run.folder / "figure.svg")
              for chapter in CHAPTERS for run in runs if run.chapter == chapter]  # fmt: skip
     for path in (folder / f"{name}.json" for name in COUNTED if name in names):
-        study = json.loads(path.read_text(encoding="utf-8"))
+        study = read_json(path)
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
         text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
         parts.append(("What the claims survive", path.stem, text, path.with_suffix(".svg")))

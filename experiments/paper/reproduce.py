@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from colias_sim.envs import ENVS
 from experiments.base.console import error_console, out_console, show_files, show_places
 from experiments.base.errors import UsageError
-from experiments.base.files import Files, plain
+from experiments.base.files import Files, plain, read_json
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.declare.claim import PAPER, Claim, claim_ids, texts
 from experiments.declare.clip import OfflineExperiment
@@ -268,7 +268,7 @@ def draw(run: Run) -> Figure:
 
 def show(run: Run) -> None:
     """Print how many claims hold, the verdicts on the paper's and on ours, and where the page is."""
-    own = json.loads((run.folder / "behaviours.json").read_text(encoding="utf-8"))
+    own = read_json(run.folder / "behaviours.json")
     ours, found = stored_verdicts(own), page.totals((one.id, one.count) for one in run.verdicts)
     besides = f"besides, {len(ours)} claims of our own: {', '.join(one.id for one in ours)}"
     out_console.print("; ".join([*(text.partition(":")[0] for text in found), besides]))

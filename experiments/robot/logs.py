@@ -143,8 +143,8 @@ def condition_of(path: Path, row: Mapping[str, Any], experiment: Experiment) -> 
     if len(fitting) != 1:
         text = ", ".join(f"{name}={value}" for name, value in given.items()) or "no column of a condition"
         legal = "; ".join(one.label() for one in conditions)
-        raise UsageError(f"{path}, line {row[LINE]}: {text} must be one condition of {experiment.name} (--set"
-                         f" experiment.NAME=VALUE changes them): {legal}")  # fmt: skip
+        known = f"one condition of {experiment.name}, as --set experiment.NAME=VALUE has it: {legal}"
+        raise UsageError(f"{path}, line {row[LINE]}: {text} must be {known}")
     return fitting[0]
 
 

@@ -157,8 +157,7 @@ def load_model(source: str) -> ModelEntry:
     if not is_file(source):
         with as_usage_error(f"--model {source}: ", ", or a .py file"):
             return model_entry(source)
-    entry: ModelEntry = declared(Path(source), "MODEL", ModelEntry)
-    return entry
+    return declared(Path(source), "MODEL", ModelEntry)
 
 
 def choose(

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +46,7 @@ def camera(settings: Settings, eye: str) -> CameraConfig:
     if not eye:
         return settings.camera
     common = {name: getattr(settings.camera, name) for name in GEOMETRY}
-    return dataclasses.replace(CameraConfig.preset(eye), **common)
+    return replace(CameraConfig.preset(eye), **common)
 
 
 MOST_SCENES = 6
@@ -63,7 +62,7 @@ class RobotTrial(Trial):
         What its apparatus is set to.
     """
 
-    models: tuple[ConfiguredModel, ...] = dataclasses.field(init=False, compare=False)
+    models: tuple[ConfiguredModel, ...] = field(init=False, compare=False)
     settings: Settings
 
     def __post_init__(self) -> None:
@@ -151,7 +150,7 @@ def forget_simulations() -> None:
 def scene_of(condition: Condition, settings: Settings) -> SceneConfig:
     """Return the scene's settings with what the condition sets itself."""
     looks = {name: getattr(condition, name) for name in ("shell_grey", "wall_contrast")}
-    return dataclasses.replace(settings.scene, **{name: value for name, value in looks.items() if value is not None})
+    return replace(settings.scene, **{name: value for name, value in looks.items() if value is not None})
 
 
 class RobotSource:

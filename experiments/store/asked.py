@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 from collections.abc import Iterator, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +52,7 @@ class Asked:
 
     def stored(self) -> dict[str, Any]:
         """Return what ``run.json`` has of it: the kind, and what is not at its default."""
-        usual, names = Asked(kind=""), [one.name for one in dataclasses.fields(self) if one.compare]
+        usual, names = Asked(kind=""), [one.name for one in fields(self) if one.compare]
         return {name: getattr(self, name) for name in names if getattr(self, name) != getattr(usual, name)}
 
     @classmethod

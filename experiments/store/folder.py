@@ -19,7 +19,7 @@ import polars as pl
 from filelock import FileLock, Timeout
 
 from experiments.base.errors import UsageError, short
-from experiments.base.files import NAME, Files, read_parquet, to_json
+from experiments.base.files import NAME, Files, read_json, read_parquet, to_json
 from experiments.settings.parameters import Parameters, of_model, with_columns
 from experiments.store import provenance
 from experiments.store.asked import ASKED, command_note
@@ -88,7 +88,7 @@ def read_description(folder: Path) -> dict[str, Any]:
             raise UsageError(f"{folder}: colias-sim 0.3 or earlier made this run, and reads it")
         raise UsageError(f"{folder}: no {NAME} there, so it is no run's folder")
     try:
-        description: dict[str, Any] = json.loads((folder / NAME).read_text(encoding="utf-8"))
+        description: dict[str, Any] = read_json(folder / NAME)
     except ValueError as error:
         raise UsageError(f"{folder / NAME}: is not a run's description: {error}") from None
     return description
@@ -274,7 +274,7 @@ class RunFolder(Files):
     def _read(self) -> None:
         """Take in the trials that are done, and which models failed in them; other trials are to be done again."""
         self._done = set(self.table("trials")["trial"])
-        listed = json.loads(self.path(FAILURES).read_text(encoding="utf-8")) if self.path(FAILURES).exists() else []
+        listed = read_json(self.path(FAILURES)) if self.path(FAILURES).exists() else []
         self._failures = [failure for failure in listed if failure["model"] and failure["trial"] in self._done]
 
     def close(self) -> None:

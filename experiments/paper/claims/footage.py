@@ -36,7 +36,6 @@ from experiments.declare.outcome import Check, Outcome
 from experiments.judge.motion import (
     LEAST_FRAMES,
     LEAST_SECONDS,
-    Floats,
     block_frames,
     columns,
     correlation,
@@ -45,7 +44,7 @@ from experiments.judge.motion import (
     resampled,
     separate,
 )
-from experiments.judge.tests import proportion_interval
+from experiments.judge.tests import Floats, proportion_interval
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds.registry import claims_on
 from experiments.settings.models import ConfiguredModel
