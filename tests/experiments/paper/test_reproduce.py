@@ -87,6 +87,8 @@ def test_every_claim_of_the_registry_has_a_verdict_and_says_why_where_it_has_non
     assert not any(found[claim].count.random for claim in ("C1", "C2", "C3")), "nothing in their clips is random"
     models = pl.read_parquet(folder / "general" / "trials.parquet")["model"]
     assert set(models) == {"dsnn", "dsn2017", "gradient"}, "one's own sees the paper's experiment"
+    troughs = pl.read_csv(folder / "general" / "summary.csv").filter(quantity="trough_hs")
+    assert troughs["ci_low"].min() < 0.0, "what can be negative is not cut at 0"
 
 
 def test_verdicts_follow_from_the_tables(folder):

@@ -13,6 +13,7 @@ from experiments.kinds.clips import play_clip
 from experiments.paper.clips import SIDEWAYS
 from experiments.settings.models import choose
 from experiments.show.clips import trials_of
+from tests.helpers.recordings import columns
 
 EVEN = {"foliage": "none", "ground": "even"}
 KINDS = {"person": {"height": 61.3, "speed": 53.7}, "car": {"kind": "car", "height": 31.7, "speed": 97.0}}
@@ -78,13 +79,18 @@ def test_a_seed_is_one_street_whoever_crosses_it():
 # The experiment.
 
 
-def test_a_row_tells_hs_in_each_direction_and_against_it():
+def test_a_row_tells_counts_and_peaks_and_hs_in_each_direction_and_against_it(tmp_path):
     clip = Clip("two", "street", {"movers": "opposite", "rows": 60, "columns": 96, "height": 50, "speed": 120})
     experiment = OfflineExperiment("mine", "", (clip,), ("dsnn",))
-    done = play_clip(trials_of(experiment, (choose("dsnn", "offline"),), 1, 0)[0])
+    done = play_clip(trials_of(experiment, (choose("dsnn", "offline"),), 1, 0)[0], recordings=True)
+    (tmp_path / "clip.rrd").write_bytes(done.recording)
+    assert columns(tmp_path / "clip.rrd")["/__properties/stimulus"]["seed"] == [[0]]
     hs = done.frames["hs"].to_numpy()
     words = np.array([frame.truth.motion for frame in clip.build(0)])
     (row,) = done.rows
+    for name in ("hs", "vs"):
+        assert (row[f"peak_{name}"], row[f"trough_{name}"]) == (done.frames[name].max(), done.frames[name].min())
+        assert row[f"{name}_spikes"] == done.frames[f"{name}_spikes"].abs().sum()
     assert row["hs_rightward"] == pytest.approx(hs[words == "rightward"].max())
     assert row["hs_leftward"] == pytest.approx(hs[words == "leftward"].min())
     against = max(-hs[words == "rightward"].min(), hs[words == "leftward"].max(), 0.0)

@@ -116,6 +116,9 @@ def test_numbers_are_those_of_the_trial_and_of_its_camera():
         "spikes_in_window": spikes[window].sum(), "spikes_in_inner_window": spikes[inner].sum(),
         "mean_hs_near_axis": answer.series.hs[np.abs(away.imag) <= 3.5].mean(),
         "mean_hs_in_view": answer.series.hs[seen].mean(), "spikes_in_view": spikes[seen].sum(),
+        "spikes": spikes.sum(), "hs_spikes": spikes.sum(), "vs_spikes": np.abs(answer.series.vs_spikes).sum(),
+        **{f"peak_{name}": getattr(answer.series, name).max() for name in ("hs", "vs")},
+        **{f"trough_{name}": getattr(answer.series, name).min() for name in ("hs", "vs")},
     }  # fmt: skip
     assert {name: row[name] for name in expected} == pytest.approx(expected) and spikes[inner].sum() > 0
 
