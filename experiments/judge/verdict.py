@@ -3,7 +3,7 @@
 A replicate is the paper's own design, run once at one seed. In each a claim holds, fails, or cannot be judged. What
 differs between replicates is the seed: placement, light, wall, noise. The word is about these, and not about the world.
 
-``claims.json``, ``behaviours.json`` and ``model_claims.json`` have one form: an object with ``claims``, of which each has
+``claims.json``, ``behaviours.json`` and ``model_claims.json`` have one form: an object with ``claims``. Each has
 ``id``, ``title``, ``says``, ``source``, ``model``, ``experiment`` and ``trouble`` as a `Verdict` has them, and
 
 - ``word``: ``holds``, ``fails``, ``sometimes``, or empty where too few replicates could be judged for a word;
