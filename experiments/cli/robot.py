@@ -3,8 +3,6 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import product
 from pathlib import Path

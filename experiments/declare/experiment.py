@@ -1,7 +1,5 @@
 """Experiments with the robot: a design that lists its conditions, repeats, and the claims it bears on; and designs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass, field

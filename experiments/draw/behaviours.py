@@ -1,7 +1,5 @@
 """Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Show a video, a camera, a folder of pictures or a stimulus to models, and find when what moved which way."""
 
-from __future__ import annotations
-
 import math
 import os
 import time

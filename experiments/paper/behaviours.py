@@ -5,8 +5,6 @@ A behaviour is asked for wheel speeds once a frame: shares of the motors' maximu
 a function or class here, and an entry in `_ENTRIES`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path

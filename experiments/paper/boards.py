@@ -4,8 +4,6 @@ There are two boards. *Direction* ranks the models that respond by HS or VS, *lo
 Models are timed side by side, in one process.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 How much of a reproduction is run, and the names of its parts, are here too.
 """
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

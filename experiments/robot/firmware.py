@@ -4,8 +4,6 @@ A cross compiler builds it, and QEMU runs what that has built. What a board send
 ``dsnn/native/firmware/record.h`` has the form of its records, ``measure_main.c`` the list of them.
 """
 
-from __future__ import annotations
-
 import binascii
 import re
 import struct

@@ -7,8 +7,6 @@ where the joining itself is cut short: a trial's own files count more than the j
 ``run.json`` has every parameter of a run, its seed, and what computed it: one form for every kind of run.
 """
 
-from __future__ import annotations
-
 import datetime
 import io
 import json

@@ -4,8 +4,6 @@ Words and bounds were written, and committed, before the code of these models. A
 as a failure; it is never edited to fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from itertools import product
