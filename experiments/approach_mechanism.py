@@ -6,18 +6,14 @@ pathways, each alone, with w_i = 0 and 1: excitation and inhibition follow from 
 """
 
 from experiments import Angular, Experiment
-
-MODELS = (
-    "dsnn", "dsnn:w_i=1", "dsnn-off-blocked:w_i=0", "dsnn-on-blocked:w_i=0", "dsnn-off-blocked:w_i=1",
-    "dsnn-on-blocked:w_i=1",
-)  # fmt: skip
+from experiments.declare.experiment import NEEDED
 
 EXPERIMENT = Experiment(
     name="approach-mechanism",
     summary="excitation and inhibition in the trials of angular-approach, and what w_i leaves of symmetric motion",
     design=Angular("approach"),
     varies="angle_deg",
-    models=MODELS,
+    models=NEEDED,
     figure="excitation",
 )
 

@@ -1,7 +1,5 @@
 """Wiring of `colias_sim` to what users write: the envs' neural observations to models, arenas to Python files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Write files whole or not at all: each is written as NAME.part, then renamed."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import datetime

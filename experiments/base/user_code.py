@@ -1,7 +1,5 @@
 """Run a user's own Python file and return what it declares."""
 
-from __future__ import annotations
-
 import builtins
 import functools
 import hashlib

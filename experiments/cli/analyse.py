@@ -3,8 +3,6 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """The command line: every command of ``colias``. Heavy imports happen inside, so that help is quick."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from functools import cache

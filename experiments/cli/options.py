@@ -1,7 +1,5 @@
 """Options that several commands share, and the folder and the workers of a run that they ask for."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The commands for what is your own: ``colias new`` and ``colias check``. Heavy imports happen when they run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

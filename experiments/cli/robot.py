@@ -3,8 +3,6 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
@@ -112,12 +110,12 @@ def decode(
     missing.
     """
     from experiments.base.files import Files
-    from experiments.robot import serial as line
+    from experiments.robot import firmware
 
     options.check_new(out)
-    frames, board, skipped = line.decode(serial.read_bytes())
+    frames, board, skipped = firmware.decode(serial.read_bytes())
     out.mkdir(parents=True, exist_ok=True)
-    Files(out).write_text("log.csv", line.log_of(frames, board).write_csv())
+    Files(out).write_text("log.csv", firmware.log_of(frames, board).write_csv())
     Files(out).write_text("cycles.csv", frames.select("trial", "frame", "cycles").write_csv())
     sent = product(range(board.get("trials", 0)), range(board.get("frames", 0)))
     missing = sorted({*sent} - {*frames.select("trial", "frame").iter_rows()})

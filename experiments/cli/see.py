@@ -3,8 +3,6 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping
 from pathlib import Path

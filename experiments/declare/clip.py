@@ -1,7 +1,5 @@
 """Clips of synthetic stimuli, without a robot: how a clip, and an experiment of clips, is declared."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,13 +1,11 @@
 """Experiments with the robot: a design that lists its conditions, repeats, and the claims it bears on; and designs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar, get_args
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from experiments.base.errors import check_declared, check_known
@@ -155,14 +153,7 @@ Ways = Literal["rightward", "leftward", "both"]
 Value = TypeVar("Value")
 
 
-def _one_or_more(values: tuple[Value, ...]) -> tuple[Value, ...]:
-    if not values:
-        raise ValueError("it needs one value or more")
-    return values
-
-
-# Not by min_length: pydantic would count the values without those out of range, and tell of a second error.
-Several = Annotated[tuple[Value, ...], AfterValidator(_one_or_more)]
+Several = Annotated[tuple[Value, ...], Field(min_length=1)]
 
 
 def _ways(chosen: Ways) -> tuple[Direction, ...]:

@@ -1,6 +1,6 @@
-"""Outcome of a claim in one replicate: a list of checks, of which the weakest decides, or why it cannot be judged.
+"""Outcome of a claim in one replicate, and the reasons why it cannot be judged.
 
-A check is a reading held against a bound.
+A claim is a list of checks, each a reading held against a bound; the weakest decides.
 """
 
 from __future__ import annotations
@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 from experiments.base.errors import UsageError, check_known, short
@@ -17,7 +16,7 @@ Needs = Literal["above", "at least", "below", "at most", "within"]
 """Where a reading has to lie: on which side of its bound, or between two of them, ends included."""
 Quantity = Literal["spikes", "potential"]
 """What claims compare: means of counts, spikes a trial, or peak potentials."""
-MARGIN: Mapping[Quantity, float] = MappingProxyType({"spikes": 1.0, "potential": 0.002})
+MARGIN: Mapping[Quantity, float] = {"spikes": 1.0, "potential": 0.002}
 """The smallest difference that "more", "rises", "falls", "fewer", "highest" and "lowest" may rest on.
 
 1 spike a trial between means of counts; 0.002 between peak potentials, about 1 % of T. Stated before any claim was
@@ -214,12 +213,12 @@ whichever way it comes out with those assumed.
 """
 
 
-REASONS: Mapping[Reason, str] = MappingProxyType({
+REASONS: Mapping[Reason, str] = {
     "judge failed": "its judge went wrong",
     "not shown": "what it needs was not shown",
     "silent model": "the model keeps it, but does not answer the paper's own crossings either",
     "unknown constants": "what it says of the DSNN holds, and another model's constants are not known",
-})  # fmt: skip
+}  # fmt: skip
 """Reason -> what it means."""
 
 

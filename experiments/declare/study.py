@@ -1,7 +1,5 @@
 """Declared sweeps and fits: claims and measures over a grid with names, or over a box, in a file of their own."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

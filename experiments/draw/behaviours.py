@@ -1,7 +1,5 @@
 """Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -62,10 +60,10 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
     return figure
 
 
-def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> str:
-    """Return what was played, in words."""
-    changed = "".join(f", {name}={value}" for name, value in options.items())
-    return f"{env.partition('/')[2]}{changed}, {count(episodes, 'episode')} each from seed {seed}."
+def caption(played: Mapping[str, Any]) -> str:
+    """Return what was played, in words, from a run's description."""
+    env, changed = played["env"], "".join(f", {name}={value}" for name, value in played["options"].items())
+    return f"{env.partition('/')[2]}{changed}, {count(played['episodes'], 'episode')} each from seed {played['seed']}."
 
 
 def finding(summary: pl.DataFrame) -> str:

@@ -1,7 +1,5 @@
 """Figures of clips: potentials over time, and responses along what the clips vary."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

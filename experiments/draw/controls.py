@@ -1,7 +1,5 @@
 """Controls as a table and a figure: what each model responds to trials as they were, and to their controls."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

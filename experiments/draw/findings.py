@@ -1,7 +1,5 @@
 """Titles of figures: what means along an ordered condition show, and no more than their intervals do."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Fits as figures and on the terminal: the least slack over each parameter, and the best settings judged again."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import polars as pl

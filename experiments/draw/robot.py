@@ -1,7 +1,5 @@
 """Figures of robot trials: spikes along what the trials vary, potentials, their mechanism, and the paper's panels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Scores of models with their intervals, as a figure and on the terminal: a row for each model, the best on top."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from string import ascii_lowercase

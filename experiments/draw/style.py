@@ -1,7 +1,5 @@
 """The look that all figures share: titles that state findings, means with intervals, labels at their lines, saving."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import re

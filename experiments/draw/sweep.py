@@ -1,7 +1,5 @@
 """Sweeps as figures, a curve over one axis or a map over two, and on the console."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """What commands print of runs: verdicts, silent models, and where everything is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

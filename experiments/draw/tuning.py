@@ -1,7 +1,5 @@
 """Tuning curves as figures, one for each curve, and on the terminal a line for each model."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

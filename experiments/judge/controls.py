@@ -22,8 +22,6 @@ of a model. A test passes if the mean difference reaches the margin of claims (0
 ``shuffled`` is shown and not judged: frames in a drawn order flicker, and a model that responds to that may see well.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -13,8 +13,6 @@ temporal frequency. von Neumann 1941, Annals of Mathematical Statistics 12: the 
 difference to the variance. Fisher 1993, Statistical Analysis of Circular Data, 4.4: intervals of a mean direction.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

@@ -6,8 +6,6 @@ there is a background, a seed is one scene, as the paper shows one; the count of
 beside the verdict.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product

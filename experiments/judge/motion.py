@@ -8,8 +8,6 @@ Neighbouring frames are alike. Against the flow seconds are therefore counted, a
 second.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -3,8 +3,6 @@
 A claim is judged on the trials of one experiment in every replicate.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Every table here has rows of a run's ``trials.parquet``; functions of one behaviour get the rows of that alone.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial

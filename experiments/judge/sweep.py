@@ -1,4 +1,7 @@
-"""What a sweep comes to: claims and measures at every point of a grid, in replicates, from the rows of its trials."""
+"""What a sweep comes to: claims and measures at every point of a grid, in replicates, from the rows of its trials.
+
+Each measure is a short function from the rows of a point to a number. A new one is an entry of `MEASURES`.
+"""
 
 from __future__ import annotations
 

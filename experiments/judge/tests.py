@@ -6,8 +6,6 @@ so it is never below one arrangement in all there are. Where they are too many t
 drawn, always the same ones, and those seen count as one more: p is never below 1 in ``PERMUTATIONS + 1``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,20 @@
-"""The verdict on a claim over all its replicates."""
+"""The verdict on a claim over all its replicates: the count of those in which it held, and the one word that follows.
+
+A replicate is the paper's own design, run once at one seed. In each a claim holds, fails, or cannot be judged. What
+differs between replicates is the seed: placement, light, wall, noise. The word is about these, and not about the world.
+
+``claims.json``, ``behaviours.json`` and ``model_claims.json`` have one form: an object with ``claims``. Each has
+``id``, ``title``, ``says``, ``source``, ``model``, ``experiment`` and ``trouble`` as a `Verdict` has them, and
+
+- ``word``: ``holds``, ``fails``, ``sometimes``, or empty where too few replicates could be judged for a word;
+- ``count``: the numbers ``holds`` and ``fails`` of replicates, ``unjudged`` (reason -> number), and ``random``, which
+  is false where nothing differs between replicates;
+- ``interval``: the two ends of the exact 95 % interval of the share of judged replicates in which it holds, or null;
+- ``outcome``: what was found in the first replicate, as an `Outcome` has it;
+- ``equal_terms``: the count where the models that it compares with are on equal terms, or null. ``equal`` in
+  ``outcome`` is the outcome there;
+- ``decisions``: for each replicate its ``verdict`` and ``check``, the one that decided there, or null.
+"""
 
 from __future__ import annotations
 

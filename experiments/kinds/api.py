@@ -1,7 +1,5 @@
 """Run, sweep, fit and watch from Python; the commands ask for the same."""
 
-from __future__ import annotations
-
 import operator
 import os
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Two runs held against each other: the parameters that differ, and paired tests of spikes on equal trials."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """A trial as a data set: its frames, what each pixel truly shows, where the robots are and what models responded."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

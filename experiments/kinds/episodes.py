@@ -105,31 +105,9 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
         partial(play_trial, env=where, options=options, steps=steps, recorded=recorded),
         resolved,
         (EPISODES, STEPS),
-        Played(where, tuple(behaviour.name for behaviour in loaded), not options, reference),
+        tuple(behaviour.name for behaviour in loaded),
         things="episodes",
     )
-
-
-@dataclasses.dataclass(frozen=True)
-class Played:
-    """What the episodes of a run are of.
-
-    Parameters
-    ----------
-    env
-        Id of the env.
-    names
-        Names of the behaviours.
-    default
-        Whether no argument of the env is set.
-    reference
-        Name of the behaviour that collisions are compared with.
-    """
-
-    env: str
-    names: tuple[str, ...]
-    default: bool
-    reference: str
 
 
 def _source(name: str) -> str:
@@ -213,10 +191,10 @@ def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     """Score the episodes in ``folder``, judge claims about them, and write verdicts, summary and figure."""
     from experiments.draw import style  # not before: workers do without matplotlib
 
-    played, trials = plan.declared, folder.table("trials")
-    claims = claims_on("behaviours").values() if played.default else ()  # a claim is about the env as it is
-    folder.write_json("claims.json", document(scoring.verdicts(claims, played.env, played.names, trials)))
-    summary = scoring.summary(trials, played.env, played.reference)
+    played, env, trials = plan.resolved, plan.resolved["env"], folder.table("trials")
+    claims = () if played["options"] else claims_on("behaviours").values()  # a claim is about the env as it is
+    folder.write_json("claims.json", document(scoring.verdicts(claims, env, plan.declared, trials)))
+    summary = scoring.summary(trials, env, played["reference"])
     if not summary.is_empty():
         folder.write_rows("summary.csv", summary.to_dicts())
         style.save(load(folder.folder).figure(), folder.folder / "figure")
@@ -277,18 +255,11 @@ def score(
 # Reading it.
 
 
-def caption(run: Run) -> str:
-    """Return what was played, in words."""
-    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
-
-    return behaviours.caption(*(run.description[name] for name in ("env", "options", "episodes", "seed")))
-
-
 def draw(run: Run) -> Figure:
     """Draw the figure of a run of episodes, from its folder alone."""
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
-    return behaviours.draw(run.trials, run.frames, caption(run))
+    return behaviours.draw(run.trials, run.frames, behaviours.caption(run.description))
 
 
 def show(run: Run) -> None:
@@ -296,7 +267,7 @@ def show(run: Run) -> None:
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
     if run.done:
-        behaviours.show(run.summary, caption(run))
+        behaviours.show(run.summary, behaviours.caption(run.description))
         show_verdicts(run.verdicts)
         show_files(run.folder, count(run.trials.height, "episode"))
 

@@ -3,8 +3,6 @@
 Each batch of settings is a sweep of one axis, and resumes as any other.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence

@@ -3,8 +3,6 @@
 And the other way round: a run of simulated trials as the log that a robot would have sent.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections import Counter
 from collections.abc import Mapping, Sequence

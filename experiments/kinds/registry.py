@@ -1,7 +1,5 @@
 """Find what ships by its name, and what a user's own file declares: experiments, studies, claims."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 from collections.abc import Iterable, Mapping, Sequence

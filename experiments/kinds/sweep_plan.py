@@ -4,8 +4,6 @@ Points and models that differ in parameters of models alone share their frames: 
 Trials that no axis changes are run once, and count at every point.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product

@@ -3,8 +3,6 @@
 So machinery below `experiments.paper` finds what stands above it, and `colias list` imports no more than it shows.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Mapping
 from typing import Any

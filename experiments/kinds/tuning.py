@@ -5,8 +5,6 @@ a field's mean does not depend on the phase. Objects start and end whole inside 
 have 99x72 px, through the robot's lens, and so has the disc that looms, recedes and crosses.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product

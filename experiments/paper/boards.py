@@ -1,9 +1,8 @@
 """The leaderboard: every model on the same robot trials and the clips of its board, scored and ranked.
 
 There are two boards. *Direction* ranks the models that respond by HS or VS, *looming* those with a looming potential.
+Models are timed side by side, in one process.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence

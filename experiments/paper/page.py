@@ -1,12 +1,12 @@
-"""The report of a reproduction, one page: the robot's figure, a line for each claim, its evidence, every figure."""
+"""The report of a reproduction, one page: the robot's figure, a line for each claim, its evidence, every figure.
 
-from __future__ import annotations
+How much of a reproduction is run, and the names of its parts, are here too.
+"""
 
 import base64
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from experiments.base import palette
@@ -102,18 +102,18 @@ FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60
 SCALES: Mapping[str, Scale] = {"quick": QUICK, "usual": USUAL, "full": FULL}
 
 
-MEANINGS: Mapping[State, str] = MappingProxyType({
+MEANINGS: Mapping[State, str] = {
     "holds": f"it holds in at least {HOLDS_FROM:.0%} of replicates, by the exact 95 % interval; or nothing is random",
     "sometimes": "it holds in some replicates, and neither in most nor in few by that interval",
     "fails": f"it holds in at most {FAILS_TO:.0%} of replicates, by the exact 95 % interval; or nothing is random",
     "counted": f"it held in k of n replicates: the sign tells all, some or none; below {LEAST_JUDGED} there is no word",
     "unjudged": "not judged in any replicate, with the reason",
-})  # fmt: skip
+}  # fmt: skip
 """State -> what it means."""
-PHRASES: Mapping[State, tuple[str, str]] = MappingProxyType({
+PHRASES: Mapping[State, tuple[str, str]] = {
     "holds": ("holds", "hold"), "sometimes": ("holds in some", "hold in some"), "fails": ("fails", "fail"),
     "unjudged": ("is not judged", "are not judged"),
-})  # fmt: skip
+}  # fmt: skip
 """State -> a phrase about one claim, and about several."""
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."

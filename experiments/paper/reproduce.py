@@ -3,8 +3,6 @@
 The claims of the models' own papers are judged here too, on clips of their own.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json

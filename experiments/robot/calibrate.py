@@ -1,7 +1,5 @@
 """Measure a camera from folders of its frames: settings of the simulated eye, and what is doubtful about them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path

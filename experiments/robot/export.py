@@ -1,7 +1,5 @@
 """Write a folder that builds the network for the robot: C sources, parameters, linker script, Makefile, one page."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Mapping
 from importlib.metadata import version

@@ -3,8 +3,6 @@
 A log is a CSV with a row per frame and model. docs/how-to/real-robot.md documents its columns.
 """
 
-from __future__ import annotations
-
 import codecs
 import dataclasses
 from collections.abc import Mapping

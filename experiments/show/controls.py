@@ -7,8 +7,6 @@ more: what moves by itself is taken away, and a background stands still.
 A sample of a control has the time at which its model sees it, and the truth of the frame in the trial that it shows.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterator, Sequence
 from typing import Any

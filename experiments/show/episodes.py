@@ -1,7 +1,5 @@
 """Episodes of behaviours in envs: played, kept frame by frame, tabulated and recorded."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

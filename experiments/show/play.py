@@ -85,15 +85,12 @@ class Source(Protocol):
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the frames in order of time, always the same ones."""
-        ...
 
     def columns(self, truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``; ``truth`` has a row for each frame."""
-        ...
 
     def absent(self) -> AbstractContextManager[Source | None]:
         """Open the same without what moves by itself, at rest but for the camera; ``None`` if nobody knows it."""
-        ...
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
         """Return measures of one model's responses, as columns of ``trials.parquet``.
@@ -105,7 +102,6 @@ class Source(Protocol):
         frames
             A row per frame that it took: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
         """
-        ...
 
 
 def most_common(words: Iterable[str | None]) -> str:

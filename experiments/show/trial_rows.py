@@ -11,8 +11,6 @@ Three parts of the trial tell them apart.
   to its last edge out of it. *The inner window* reads that crossing from its centre in to its centre out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product

@@ -1,4 +1,9 @@
-"""What was asked for: the one thing that a run stores and follows from."""
+"""What was asked for: the one thing that a run stores and follows from.
+
+The entry ``command`` of ``run.json`` notes the command that began the run: the command line (``line``), or the call
+from Python (``call``), the folder, and how the run's own folder leads to it (``folder_from_run``), which stays when
+both are moved. Every command imports this, so it is light.
+"""
 
 from __future__ import annotations
 

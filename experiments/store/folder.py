@@ -3,9 +3,9 @@
 While a run is under way each finished trial has its own files in ``parts/``: its frames, then its rows. They are joined
 into ``frames.parquet`` and ``trials.parquet`` when the run ends. A kill so loses no finished trial, and nothing changes
 where the joining itself is cut short: a trial's own files count more than the joined tables.
-"""
 
-from __future__ import annotations
+``run.json`` has every parameter of a run, its seed, and what computed it: one form for every kind of run.
+"""
 
 import datetime
 import io

@@ -1,7 +1,5 @@
 """Our own claims about behaviours, B1 to B4. Their words are in ``claims.toml``."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import polars as pl

@@ -3,8 +3,6 @@
 The docstring of a judge says how the words are read where they leave room.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, product

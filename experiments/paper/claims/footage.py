@@ -24,8 +24,6 @@ cannot be judged otherwise. A second shows translation if its mean flow is over 
 back and forth cancels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,12 +4,9 @@ Words and bounds were written, and committed, before the code of these models. A
 as a failure; it is never edited to fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from itertools import product
-from types import MappingProxyType
 from typing import Any, Literal
 
 from dsnn import MODELS
@@ -48,32 +45,28 @@ RECEDES = {"motion": "receding"}
 SHADES = {"dark": DARK_ON_LIGHT, "light": LIGHT_ON_DARK}
 SQUARE = {**FRAME, "width": 25.0, "height": 25.0}
 ALONE = {**FRAME, "object": "absent", "background_speed": -SPEEDS_PX_S[0]}
-GROUPS: Mapping[str, tuple[Clip, ...]] = MappingProxyType(
-    {
-        "dark-looming": _looming("dark-looming", DARK_ON_LIGHT),
-        "light-looming": _looming("light-looming", LIGHT_ON_DARK),
-        "dark-receding": _looming("dark-receding", {**DARK_ON_LIGHT, **RECEDES}),
-        "light-receding": _looming("light-receding", {**LIGHT_ON_DARK, **RECEDES}),
-        "off-centre": tuple(
-            Clip(f"off-centre {angle:+g} deg", "looming", {"l_over_v_s": 0.16, "azimuth_deg": angle, **DARK_ON_LIGHT})
-            for angle in (-20.0, 20.0)
-        ),
-        "low-contrast": _looming("low-contrast", {"grey": 160.0, "background_grey": 200.0}),
-        "translating": tuple(
-            Clip(f"translating {shade} {way} {v:g} px/s", "plain", {**SQUARE, "motion": way, "speed": v, **greys})
-            for (shade, greys), way, v in product(SHADES.items(), OPPOSITE, SPEEDS_PX_S)
-        ),
-        "gratings": _gratings("gratings", CONTRAST),
-        "faint-gratings": _gratings("faint-gratings", CONTRAST / FAINT),
-        "before-grating": _looming("before-grating", BEHIND),
-        "grating-alone": _looming("grating-alone", {**BEHIND, "object": "absent"}),
-        "panning-scenes": tuple(
-            Clip(f"panning {name}", "cluttered", {**ALONE, "background": name}) for name in PANNING
-        ),
-        "reverse-phi": tuple(Clip(f"reverse-phi {way}", "reverse-phi", {**FRAME, "motion": way}) for way in OPPOSITE),
-        "looming-100": _looming("looming-100", {**DARK_ON_LIGHT, "fps": 100.0}),
-    }
-)
+GROUPS: Mapping[str, tuple[Clip, ...]] = {
+    "dark-looming": _looming("dark-looming", DARK_ON_LIGHT),
+    "light-looming": _looming("light-looming", LIGHT_ON_DARK),
+    "dark-receding": _looming("dark-receding", {**DARK_ON_LIGHT, **RECEDES}),
+    "light-receding": _looming("light-receding", {**LIGHT_ON_DARK, **RECEDES}),
+    "off-centre": tuple(
+        Clip(f"off-centre {angle:+g} deg", "looming", {"l_over_v_s": 0.16, "azimuth_deg": angle, **DARK_ON_LIGHT})
+        for angle in (-20.0, 20.0)
+    ),
+    "low-contrast": _looming("low-contrast", {"grey": 160.0, "background_grey": 200.0}),
+    "translating": tuple(
+        Clip(f"translating {shade} {way} {v:g} px/s", "plain", {**SQUARE, "motion": way, "speed": v, **greys})
+        for (shade, greys), way, v in product(SHADES.items(), OPPOSITE, SPEEDS_PX_S)
+    ),
+    "gratings": _gratings("gratings", CONTRAST),
+    "faint-gratings": _gratings("faint-gratings", CONTRAST / FAINT),
+    "before-grating": _looming("before-grating", BEHIND),
+    "grating-alone": _looming("grating-alone", {**BEHIND, "object": "absent"}),
+    "panning-scenes": tuple(Clip(f"panning {name}", "cluttered", {**ALONE, "background": name}) for name in PANNING),
+    "reverse-phi": tuple(Clip(f"reverse-phi {way}", "reverse-phi", {**FRAME, "motion": way}) for way in OPPOSITE),
+    "looming-100": _looming("looming-100", {**DARK_ON_LIGHT, "fps": 100.0}),
+}
 """Group -> its clips. All are 99x72 px, as seen by the robot's camera."""
 
 

@@ -1,7 +1,5 @@
 """The readings of the paper that were taken where it leaves room, with the claims that each was chosen for."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from experiments.declare.claim import PAPER, claim_ids

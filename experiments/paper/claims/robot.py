@@ -4,8 +4,6 @@ A judge tests its claim on every condition that the words cover among the trials
 words are read where they leave room.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
