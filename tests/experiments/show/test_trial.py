@@ -72,19 +72,6 @@ def test_a_potential_in_proportion_to_the_flow_agrees_in_full():
     assert set(silent) == set(AGREEMENT) and not any(value is not None for value in silent.values())
 
 
-@pytest.mark.parametrize("labels", [("dsnn", "dsn2017"), ("dsn2017", "dsnn")])
-def test_every_response_is_that_of_a_fresh_model_on_the_recorded_frames(labels):
-    """What the recording shows is what each model saw, whatever responds beside it."""
-    models = tuple(map(choose, labels))
-    result = Played(spec(models=models), maps=True)
-    for model, answer in zip(models, result.answers, strict=True):
-        network = model.build((72, 99))
-        fresh = [network.step(frame) for frame in result.media.images[""]]
-        assert answer.model == model.label
-        assert answer.series.hs.tolist() == [response.hs for response in fresh]
-        assert answer.series.hs_spikes.tolist() == [response.hs_spikes for response in fresh]
-
-
 def test_numbers_are_those_of_the_trial_and_of_its_camera():
     """By the frames, of an eye with another clock, view and place than usual; windows are those of 10 cm/s."""
     camera = CameraConfig(fps=20.0, hfov_deg=50.0, forward_cm=1.0)
