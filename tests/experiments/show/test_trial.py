@@ -167,8 +167,11 @@ def test_the_observer_moves_as_told():
         assert columns.observer_x_cm[middle] == pytest.approx(0.0, abs=0.1)
 
 
-@pytest.mark.parametrize("direction", ["rightward", "leftward"])
-@pytest.mark.parametrize(("drive", "turn"), [(0.0, 0.0), (0.0, -5.0), (0.0, 5.0), (0.0, 20.0), (-1.0, 0.0), (2.0, 0.0)])
+@pytest.mark.parametrize(
+    ("direction", "drive", "turn"),
+    [*(("rightward", *way) for way in ((0.0, 0.0), (0.0, -5.0), (0.0, 5.0), (0.0, 20.0), (-1.0, 0.0), (2.0, 0.0))),
+     ("leftward", 2.0, 0.0), ("leftward", 0.0, 5.0)],
+)  # fmt: skip
 def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, drive, turn):
     """By the poses that physics gives: the stimulus's whole disc beyond the edge of the view, on the right sides."""
     sign = 1.0 if direction == "rightward" else -1.0
