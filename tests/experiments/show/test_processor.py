@@ -6,17 +6,17 @@ import numpy as np
 import polars as pl
 import pytest
 
-from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from colias_sim import CameraConfig, SceneConfig
 from colias_sim.config import ProcessorConfig
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.conditions import Condition
 from experiments.live.session import Session
 from experiments.settings.models import choose, rate_notes
-from experiments.settings.settings import Settings
 from experiments.show.clips import ClipTrial
-from experiments.show.robot import RobotTrial, is_random
+from experiments.show.robot import is_random
 from tests.experiments.kinds.test_sweep import planned as swept
+from tests.experiments.show.test_trial import trial_of
 from tests.helpers.plans import planned
 from tests.helpers.played import Played
 from tests.helpers.recordings import columns
@@ -33,8 +33,7 @@ def model(every=1, **changes):
 
 def trial(*models, seed=7, eye="default"):
     camera = dataclasses.replace(CameraConfig.preset(eye), drop_probability=0.2, jitter_ms=2.0)
-    settings = Settings(models, RobotConfig(), camera, SceneConfig(), 1.0, 1.0)
-    return RobotTrial("test", 0, 0, seed, CROSSING, settings)
+    return trial_of(CROSSING, seed, models=models, camera=camera)
 
 
 @pytest.fixture(scope="module", params=["default", "ov7670"])

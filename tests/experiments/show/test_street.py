@@ -25,7 +25,8 @@ MOVERS = ("one", "opposite", "group")
     [("none", "group", "rightward"), ("windblown", "one", "leftward"), ("windblown", "opposite", "rightward")],
 )
 def test_everyone_is_inside_the_truth_s_box_and_nobody_outside(foliage, movers, motion):
-    common = {"seed": 3, "movers": movers, "motion": motion, "foliage": foliage, "height": 60.0, "speed": 150.0}
+    common = {"seed": 3, "movers": movers, "motion": motion, "foliage": foliage, "height": 30.0, "speed": 100.0,
+              "rows": 90, "columns": 160}  # fmt: skip
     clip, empty = stimulus("street", **common), stimulus("street", object="absent", **common)
     for frame, ground in zip(clip, empty, strict=True):
         rows, columns = np.nonzero(frame.luma != ground.luma)
@@ -60,7 +61,7 @@ def test_the_painted_mover_moves_at_the_speed_that_the_truth_says(kind, motion):
 
 @pytest.mark.parametrize("motion", ["rightward", "leftward"])
 def test_two_go_one_after_the_other_with_nobody_in_view_between(motion):
-    clip = stimulus("street", movers="opposite", motion=motion, gap_s=0.8)
+    clip = stimulus("street", movers="opposite", motion=motion, gap_s=0.8, rows=60, columns=96, height=50.0)
     words = [frame.truth.motion for frame in clip]
     kept = [word for word, after in pairwise([*words, ""]) if word != after]
     other = {"rightward": "leftward", "leftward": "rightward"}[motion]
