@@ -6,14 +6,18 @@ pathways, each alone, with w_i = 0 and 1: excitation and inhibition follow from 
 """
 
 from experiments import Angular, Experiment
-from experiments.declare.experiment import NEEDED
+
+MODELS = (
+    "dsnn", "dsnn:w_i=1", "dsnn-off-blocked:w_i=0", "dsnn-on-blocked:w_i=0", "dsnn-off-blocked:w_i=1",
+    "dsnn-on-blocked:w_i=1",
+)  # fmt: skip
 
 EXPERIMENT = Experiment(
     name="approach-mechanism",
     summary="excitation and inhibition in the trials of angular-approach, and what w_i leaves of symmetric motion",
     design=Angular("approach"),
     varies="angle_deg",
-    models=NEEDED,
+    models=MODELS,
     figure="excitation",
 )
 

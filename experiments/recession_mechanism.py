@@ -5,14 +5,14 @@ The trials are those of `angular-recession` at the same seed, the models those o
 """
 
 from experiments import Angular, Experiment
-from experiments.declare.experiment import NEEDED
+from experiments.approach_mechanism import MODELS
 
 EXPERIMENT = Experiment(
     name="recession-mechanism",
     summary="excitation and inhibition in the trials of angular-recession, and what w_i leaves of symmetric motion",
     design=Angular("recession"),
     varies="angle_deg",
-    models=NEEDED,
+    models=MODELS,
     figure="excitation",
 )
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from experiments.base import console, palette
 from experiments.declare.study import TOGETHER
 from experiments.draw import style
-from experiments.draw.findings import axis, unit
+from experiments.draw.style import axis, unit
 from experiments.judge.verdict import count_of
 from experiments.settings.grid import values_of
 
