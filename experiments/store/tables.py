@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -34,6 +35,10 @@ FRAME: Mapping[str, type] = {"trial": int, "model": str, "frame": int}
 RESPONSES: Mapping[str, type] = {"hs": float, "vs": float, "hs_spikes": int, "vs_spikes": int, "looming": float,
                                  "looming_spikes": int, "azimuth": float}  # fmt: skip
 """A `dsnn.ResponseSeries` at one frame."""
+
+
+OF_CONTROL = f"{CONTROL}({'|'.join(CONTROLS)})$"
+"""The end of a label that is a control's."""
 
 
 def columns_of(*kinds: type) -> dict[str, type]:
@@ -103,10 +108,11 @@ for its recording; ``reason`` is a traceback, or one line where an input was ref
 
 
 def in_words(failures: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return rows of `FAILURE` as texts, grouped by their reason."""
+    """Return rows of `FAILURE` as texts, grouped by their reason, those of a model with those of its controls."""
     texts = []
-    for (model, reason), (first, *others) in group(failures, "model", "reason").items():
-        trial = first["trial"]
+    rows = [{**row, "shown": re.sub(OF_CONTROL, "", row["model"])} for row in failures]
+    for (_, reason), (first, *others) in group(rows, "shown", "reason").items():
+        trial, model = first["trial"], first["model"]
         if model == RECORDING:
             what = f"trial {trial} has no recording"
         elif model:
@@ -155,7 +161,7 @@ def is_imported(row: Mapping[str, Any]) -> bool:
 
 def without_controls(table: pl.DataFrame) -> pl.DataFrame:
     """Return the rows of models that were shown a trial as it was: claims, figures and ranks are about these."""
-    return table.filter(~table["model"].str.contains(f"{CONTROL}({'|'.join(CONTROLS)})$"))
+    return table.filter(~table["model"].str.contains(OF_CONTROL))
 
 
 def drawn_here(record: TrialRecord) -> TrialRecord:
