@@ -201,7 +201,7 @@ def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, d
 
 def test_turning_with_the_stimulus_is_refused():
     condition = Condition("translation", "rightward", 6.0, 8.0, observer_turn_deg_s=-20.0)
-    with pytest.raises(ValueError, match=r"turn of -20 degrees/s keeps a stimulus of 6 cm/s in view"):
+    with pytest.raises(ValueError, match=r"-20 .* 6 cm/s"):
         course.nominal(condition, settings())
 
 
