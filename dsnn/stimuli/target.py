@@ -94,13 +94,10 @@ class Target(Stimulus[TargetParams]):
         return StimulusFrame(canvas, Truth(self._word(), box, self._velocity, self._drift))
 
     def _box(self, index: int) -> Box:
-        p, corner = self.params, []
-        for field, size, speed in zip((p.columns, p.rows), (p.width, p.height), self._velocity, strict=True):
-            step = abs(speed) / self.fps
-            way = field + size + 2.0 * step  # it is outside for a frame at least, so no frame has it on both sides
-            place = (field - size) / 2.0 + speed / self.fps * (index - (len(self) - 1) / 2.0)
-            corner.append((place + size + step) % way - size - step)
-        return Box(*corner, p.width, p.height)
+        p, (x, y) = self.params, self._velocity
+        moved = (index - (len(self) - 1) / 2.0) / self.fps
+        left, top = _around(moved * x, p.columns, p.width, x / p.fps), _around(moved * y, p.rows, p.height, y / p.fps)
+        return Box(left, top, p.width, p.height)
 
     def _word(self) -> str:
         """Name the direction in the image, by the larger component."""
@@ -109,3 +106,9 @@ class Target(Stimulus[TargetParams]):
             return "still"
         across = abs(x) >= abs(y)
         return ("rightward" if x > 0 else "leftward") if across else ("downward" if y > 0 else "upward")
+
+
+def _around(moved: float, field: int, size: float, step: float) -> float:
+    """Return the first edge of what moved from the field's middle, px. Between two sides it is outside for a frame."""
+    beyond = size + abs(step)
+    return ((field - size) / 2.0 + moved + beyond) % (field + beyond + abs(step)) - beyond
