@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -79,37 +78,28 @@ class DSTMD(SmallTargetModel):
     True
     """
 
-    DELAYS = MappingProxyType({"tau_on": 3, "tau_off": 5, "tau_first": 8})
+    DELAYS: ClassVar = {"tau_on": 3, "tau_off": 5, "tau_first": 8}
 
     def __init__(self, shape: tuple[int, int], params: DSTMDParams | None = None) -> None:
         super().__init__(shape, params, DSTMDParams)
         spacing = (params or DSTMDParams()).spacing
-        self._pairs = [_pair(self.shape, spacing, turn) for turn in TURNS]
-        self._correlation = np.zeros(self.shape, np.float32)
+        self._ahead = [(round(spacing * math.sin(turn)), round(spacing * math.cos(turn))) for turn in TURNS]
+        self._inside = np.zeros(self.shape, np.float32)
+        self._inside[spacing:-spacing, spacing:-spacing] = 1.0
         self._weights = between_directions()
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         on, off = self._polarities(luminance)
         on_a, off_b, off_a = (delay.step(x) for delay, x in zip(self._delays, (on, off, off), strict=True))
-        responses = np.empty((DIRECTIONS, *self.shape), np.float32)
-        for response, (a, b) in zip(responses, self._pairs, strict=True):
-            self._correlation[b] = on[b] * (off_b[b] + on_a[a]) * off_a[a]
-            response[:] = self._inhibited(self._correlation)
-        combined = np.tensordot(self._weights, responses, axes=1)
+        behind = ((np.roll(on_a, shift, (0, 1)), np.roll(off_a, shift, (0, 1))) for shift in self._ahead)
+        responses = [self._inhibited(self._inside * on * (off_b + x) * y) for x, y in behind]
+        combined = np.tensordot(self._weights, np.stack(responses), axes=1)
         found, (row, column) = strongest(combined.max(axis=0))
         if not found.target:
             return found
         there = np.maximum(combined[:, row, column], 0.0)
         direction = math.degrees(math.atan2(there @ np.sin(TURNS), there @ np.cos(TURNS)))
         return replace(found, target_direction=direction)
-
-
-def _pair(shape: tuple[int, int], spacing: int, turn: float) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """Return where the first and the second pixels of a direction are, of all pairs that fit into a frame."""
-    sizes = [max(size - 2 * spacing, 0) for size in shape]
-    shifts = [round(spacing * math.sin(turn)), round(spacing * math.cos(turn))]
-    first = tuple(slice(spacing - by, spacing - by + size) for by, size in zip(shifts, sizes, strict=True))
-    return first, tuple(slice(spacing, spacing + size) for size in sizes)
 
 
 def between_directions() -> Floats:

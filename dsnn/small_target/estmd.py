@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy.typing as npt
 from pydantic import Field
@@ -69,7 +68,7 @@ class ESTMD(SmallTargetModel):
     True
     """
 
-    DELAYS = MappingProxyType({"tau_off": 12})
+    DELAYS: ClassVar = {"tau_off": 12}
 
     def __init__(self, shape: tuple[int, int], params: ESTMDParams | None = None) -> None:
         super().__init__(shape, params, ESTMDParams)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 import cv2
@@ -12,13 +11,13 @@ import numpy.typing as npt
 from pydantic import Field
 
 from dsnn.field_docs import Milliseconds, parameters, unit
-from dsnn.filters import FACTOR, Floats, Retina, States, alpha, blur, gaussian_kernel
+from dsnn.filters import FACTOR, Floats, States, alpha, blur, gaussian_kernel
 from dsnn.model import Model, Response
 
-FAST_ORDER, SLOW_ORDER = 2, 3
-"""Orders of the lamina's two Gamma filters."""
+LAMINA: dict[str, int] = {"tau_fast": 2, "tau_slow": 3}
+"""Parameter of each of the lamina's two Gamma filters -> its order."""
 FAINT = 1e-3
-"""Grey levels below which a signal is 0: what rounding leaves of an even field."""
+"""Grey levels below which a signal is 0: more than rounding leaves of a still scene."""
 SURROUND_PX = 15
 """Side of the kernel of surround inhibition, px."""
 
@@ -66,49 +65,33 @@ class Gamma:
         return signal
 
 
-class GammaHighPass(Gamma):
-    """What a Gamma filter takes from a signal, computed from the signal's change: exactly 0 in a still scene."""
-
-    def step(self, change: Floats) -> Floats:
-        """Return the signal minus its delayed copy, from the change of the signal."""
-        high: Floats = self.stages[0]
-        high += change
-        high *= np.float32(1.0 - self.gain)
-        rest, signal = high.copy(), high
-        for stage in self.stages[1:]:  # 1 - LP^m is (1 - LP) (1 + LP + ... + LP^(m-1))
-            cv2.accumulateWeighted(signal, stage, self.gain)
-            rest += stage
-            signal = stage
-        return rest
-
-
 class SmallTargetModel(Model[SmallTargetParams]):
     """Base class of both: retina, lamina and delays. A subclass names its delays, and responds to ON and OFF."""
 
-    DELAYS: ClassVar[Mapping[str, int]]
+    DELAYS: ClassVar[dict[str, int]]
     """Parameter of a delay -> the order of its Gamma filter."""
 
     def __init__(self, shape: tuple[int, int], params: SmallTargetParams | None, kind: type[SmallTargetParams]) -> None:
         super().__init__(shape, params, kind)
         q = self.params
-        self._retina, self._blur = Retina(self.shape), gaussian_kernel(q.sigma).astype(np.float32)
-        self._fast = GammaHighPass(self.shape, FAST_ORDER, q.tau_fast, q.fps)
-        self._slow = GammaHighPass(self.shape, SLOW_ORDER, q.tau_slow, q.fps)
-        self._delays = [Gamma(self.shape, order, getattr(q, name), q.fps) for name, order in self.DELAYS.items()]
+        self._blur = gaussian_kernel(q.sigma).astype(np.float32)
+        self._fast, self._slow, *self._delays = (
+            Gamma(self.shape, order, getattr(q, name), q.fps) for name, order in (LAMINA | self.DELAYS).items()
+        )
         self._kernel = surround_kernel(q.sigma_centre, q.sigma_surround, q.inhibition)
-        stages = (gamma.stages for gamma in (self._fast, self._slow, *self._delays))
-        self._states = States(*stages, every=16, floor=FACTOR)
+        self._states = States(*(delay.stages for delay in self._delays), every=16, floor=FACTOR)
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
-        self._retina.reset()
         self._states.reset()
 
     def _polarities(self, luminance: npt.NDArray[Any]) -> tuple[Floats, Floats]:
         """Return the lamina's ON and OFF signals of the next frame, each (R, C), none negative."""
-        change = blur(self._retina.step(luminance), self._blur)
+        light = blur(luminance.astype(np.float32), self._blur)
+        if not self._states.frames:
+            self._fast.stages[:] = self._slow.stages[:] = light
         self._states.count()
-        band = self._slow.step(change) - self._fast.step(change)
+        band = self._fast.step(light) - self._slow.step(light)
         return rectified(band), rectified(-band)
 
     def _inhibited(self, signal: Floats) -> Floats:

@@ -195,7 +195,10 @@ class ClipSource:
             place = (at + 1.0) / 2.0 * length
             off = np.hypot(off, np.maximum(np.maximum(first - place, place - first - extent), 0.0))
         near = (off <= NEAR_PX) & (shown["target"].to_numpy() > 0.0)
-        return {"peak_target": frames["target"].max(), "on_target": float(near.mean()) if near.size else None}
+        return {
+            "peak_target": float(frames["target"].to_numpy().max()),
+            "on_target": float(near.mean()) if near.size else None,
+        }
 
 
 def truth_of(truth: Truth, index: int, fps: float) -> dict[str, Any]:
