@@ -28,12 +28,16 @@ from .onboard.params import OnboardParams as OnboardParams
 from .params import DSNNParams as DSNNParams
 from .registry import MODELS as MODELS, ModelEntry as ModelEntry, model_entry as model_entry
 from .responses import ResponseError as ResponseError, checked_response as checked_response
+from .small_target.dstmd import DSTMD as DSTMD, DSTMDParams as DSTMDParams
+from .small_target.estmd import ESTMD as ESTMD, ESTMDParams as ESTMDParams
 from .video import read_video as read_video
 
 __all__ = [
     "CHANNELS",
     "DSNN",
+    "DSTMD",
     "EMD",
+    "ESTMD",
     "LGMD1",
     "LGMD2",
     "LPLC2",
@@ -45,9 +49,11 @@ __all__ = [
     "SILGMD2",
     "T4T5",
     "DSNNParams",
+    "DSTMDParams",
     "EMDNormalised",
     "EMDNormalisedParams",
     "EMDParams",
+    "ESTMDParams",
     "Flow",
     "FlowParams",
     "FrameError",
