@@ -299,9 +299,7 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
     seen = zip(places["observer"], places["stimulus"], strict=True)
     nearest = min(abs(math.degrees(bearing(observer, stimulus, forward))) for observer, stimulus in seen)
     if nearest > half:
-        raise ValueError(
-            f"the stimulus is never in view: {nearest:.0f} degrees off, and half the view is {half:g}"
-        )
+        raise ValueError(f"the stimulus is never in view: {nearest:.0f} degrees off, and half the view is {half:g}")
     rooms = [
         (one, f"{one} and {other} would touch", np.hypot(*(at[one] - at[other]).T) - radii[one] - radii[other])
         for one, other in combinations(places, 2)
