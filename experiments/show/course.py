@@ -163,8 +163,8 @@ def _seen_from_moving(condition: Condition, settings: Settings, run_up: float, s
             seen_from = _observer(condition, sign * (reach + extra) / speed)
             edge = _view_edge(condition, settings, seen_from, -sign * side)
             if edge is None or edge > 1.0:
-                turn = f"observer_turn_deg_s={condition.observer_turn_deg_s:g}"
-                raise ValueError(f"{turn} keeps a stimulus of {condition.speed_cm_s:g} cm/s in view: turn more slowly")
+                turn = f"the observer's turn of {condition.observer_turn_deg_s:g} degrees/s"
+                raise ValueError(f"{turn} keeps a stimulus of {condition.speed_cm_s:g} cm/s in view")
             if abs(edge - reach) < 1e-6:
                 break
             reach = edge
@@ -294,14 +294,12 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
     for name in places:
         reach = float(np.hypot(*at[name].T).max()) + radii[name]
         if reach > settings.scene.wall_cm:
-            raise ValueError(
-                f"the {name} must stay within {settings.scene.wall_cm:g} cm of the centre, got {reach:.0f}"
-            )
+            raise ValueError(f"the {name} reaches {reach:.0f} cm; the arena ends at {settings.scene.wall_cm:g}")
     half, forward = settings.camera.hfov_deg / 2, settings.camera.forward_cm / 100
     seen = zip(places["observer"], places["stimulus"], strict=True)
     nearest = min(abs(math.degrees(bearing(observer, stimulus, forward))) for observer, stimulus in seen)
     if nearest > half:
-        raise ValueError(f"the stimulus must come within {half:g} degrees of the optical axis, got {nearest:.0f}")
+        raise ValueError(f"the stimulus is never in view: {nearest:.0f} degrees off, and half the view is {half:g}")
     rooms = [
         (one, f"{one} and {other} would touch", np.hypot(*(at[one] - at[other]).T) - radii[one] - radii[other])
         for one, other in combinations(places, 2)
@@ -330,7 +328,7 @@ def _check_wheels(name: str, script: Schedule, robot: RobotConfig) -> None:
             wheels = (speed - turn, speed + turn)
             fastest = 100 * max(map(abs, wheels))
             if fastest > top + 1e-9:
-                wheel = f"a wheel of the {name} must run at {top:.4g} cm/s or less, got {fastest:.3g}"
+                wheel = f"a wheel of the {name} would run at {fastest:.3g} cm/s; it must be at most {top:.4g}"
                 raise ValueError(f"{wheel}: slow it down, or give it wider bends")
             powers = motors.powers(*wheels) if motors else wheels
             if any(wheel and abs(power) < least for wheel, power in zip(wheels, powers, strict=True)):

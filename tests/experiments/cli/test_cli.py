@@ -113,7 +113,7 @@ def test_a_folder_of_runs_is_not_repeated(mine):
 WRONG = {
     "number": (("run", "speed", "--repeats", "two"), "--repeats"),
     "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
-    "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "45 cm"),
+    "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "45"),
     "view": (("view", "absent", "--web"), "absent"),
     "screen": (("view", "bright"), "needs a screen"),
     "command": (("rum",), "run"),

@@ -23,15 +23,13 @@ def planned(*behaviours, episodes=None, seed=0, values=None, **options):
 def test_a_plan_has_the_baselines_of_its_env():
     plan = planned("optomotor", episodes=2, values={"robots": "3", "arena": "bright"}, env="Avoidance")
     assert plan.declared == ("optomotor", *ENVS[AVOIDANCE].baselines)
-    assert (
-        plan.document()["options"] == {"robots": 3, "arena": "bright"} and plan.document()["reference"] == "optomotor"
-    )
+    assert plan.document()["options"] == {"robots": 3, "arena": "bright"} and plan.resolved["reference"] == "optomotor"
 
 
 def test_a_group_is_played_at_the_same_seeds_with_what_it_is_compared_with():
     plan = planned("escape", episodes=2, seed=7)
     played_by = plan.declared
-    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and plan.document()["reference"] == "hybrid"
+    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and plan.resolved["reference"] == "hybrid"
     seeds = [tuple(trial.seed for trial in plan.trials if trial.condition == name) for name in played_by]
     assert set(seeds) == {(7, 8)}
     assert planned("escape", baselines=False).declared == GROUPS["escape"]

@@ -90,12 +90,12 @@ def test_observer_and_movers_take_their_paths():
 
 ARC, SPOT = Leg(0.5, 6, turn_deg=180), Leg(turn_deg=90, seconds=0.05)
 REFUSED = {
-    "beyond the arena": (crossing(6, 6, length=60), "within 45 cm"),
-    "faster than the wheels": (Trajectory([Leg(20, 6), Leg(2, 40)], 8, 10, -90), r"33\.25 cm/s"),
+    "beyond the arena": (crossing(6, 6, length=60), "45"),
+    "faster than the wheels": (Trajectory([Leg(20, 6), Leg(2, 40)], 8, 10, -90), r"33\.25"),
     "turning faster": (Trajectory([Leg(5, 6), SPOT, Leg(5, 6)], 8, 6, -90), "wheel"),
     "a bend too narrow": (Trajectory([ARC], 10, 2, -90), "wheel"),
     "a function too fast": (Trajectory.of_time(lambda t: (9, 8 - 40 * t), 0.4), "wheel"),
-    "never in view": (crossing(6, 6, x_cm=-15.0), "35 degrees"),
+    "never in view": (crossing(6, 6, x_cm=-15.0), "35"),
     "into the observer": (Trajectory([Leg(15, 6)], 16, 0, 180), "touch"),
     "below the dead band": (crossing(0.5, 0.5), "stand"),
 }
