@@ -57,7 +57,6 @@ CLAIMS: Mapping[str, str] = {
 
 STUDIES: Mapping[str, str] = {
     "fidelity": "experiments.paper.studies.robot:FIDELITY",
-    "eye-range": "experiments.paper.studies.robot:EYE_RANGE",
     "why": "experiments.paper.studies.why:STUDY",
     "plausible": "experiments.paper.studies.plausible:STUDY",
     "plausible-pilot": "experiments.paper.studies.plausible:PILOT",
