@@ -20,9 +20,10 @@ _QUIET_AT_WHITE = 0.75
 Events = npt.NDArray[np.void]
 """Events, (N,) of `EVENT`, in order of time."""
 Floats = npt.NDArray[np.float64]
+Light = npt.NDArray[np.floating] | npt.NDArray[np.uint8]
 
 
-def log_light(light: npt.NDArray[np.floating]) -> Floats:
+def log_light(light: Light) -> Floats:
     """Compute the log light of grey levels: their natural logarithm, and below 20 a line from 0 to ln 20."""
     grey = light.astype(np.float64)
     return np.where(grey > LINEAR, np.log(np.maximum(grey, LINEAR)), grey * (np.log(LINEAR) / LINEAR))
@@ -44,7 +45,7 @@ class EventPixels:
     def __init__(self, shape: tuple[int, int], config: EventConfig) -> None:
         self._columns, self._count, self.config = shape[1], shape[0] * shape[1], config
 
-    def restart(self, light: npt.NDArray[np.floating], time_s: float, rng: np.random.Generator) -> None:
+    def restart(self, light: Light, time_s: float, rng: np.random.Generator) -> None:
         """Start again: draw the pixels' thresholds, and remember the present light.
 
         Parameters
@@ -66,7 +67,7 @@ class EventPixels:
         self._rests_until = np.full(self._count, -np.inf)
         self._taken: list[Events] = []
 
-    def see(self, light: npt.NDArray[np.floating], time_s: float) -> None:
+    def see(self, light: Light, time_s: float) -> None:
         """Take the next sample of the light.
 
         Parameters

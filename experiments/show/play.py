@@ -17,6 +17,8 @@ import numpy.typing as npt
 import polars as pl
 from threadpoolctl import threadpool_limits
 
+from colias_sim.config import EventConfig
+from colias_sim.events import Events, joined
 from dsnn import Response, ResponseError, ResponseSeries, checked_response
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
@@ -52,6 +54,8 @@ class Sample:
         Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
     pixels
         What each pixel truly shows, where that was asked for.
+    events
+        The events since the sample before, of an event camera, where there is one.
     """
 
     time_s: float
@@ -59,6 +63,7 @@ class Sample:
     truth: Mapping[str, Any]
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     pixels: Truth | None = None
+    events: Events | None = None
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
@@ -134,6 +139,8 @@ class Trial:
         Whether its frames have what truly moved in them. It changes no frame.
     controls
         Shows it to its models again, as controls; ``None``: they see it once.
+    events
+        The settings of an event camera; ``None``: there is one, at its defaults, where a model senses events.
     """
 
     experiment: str
@@ -144,6 +151,7 @@ class Trial:
     models: tuple[ConfiguredModel, ...]
     truth: bool = field(default=False, kw_only=True, repr=False)  # recordings are known by the rest
     controls: Controls | None = field(default=None, kw_only=True, repr=False)
+    events: EventConfig | None = field(default=None, kw_only=True, repr=False)
 
     def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
         """Open the source of each eye: its name, empty for the only one, and the models that see by it."""
@@ -187,6 +195,8 @@ class ModelRunner:
         Time that the model has taken for its steps.
     trouble
         The traceback of what it raised, or the fault of a response; empty while there is none.
+    unseen
+        The events since its last step.
     """
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True, phase: int = 0) -> None:
@@ -197,6 +207,7 @@ class ModelRunner:
         self.pictures: list[npt.NDArray[np.uint8]] = []
         self.seconds = 0.0
         self.trouble = ""
+        self.unseen: list[Events] = []
         self._shape, self._keep, self._frames = shape, keep, 0
         self._channels = chosen.channels
         model = self._guarded(lambda: chosen.build(shape))
@@ -263,11 +274,18 @@ class ModelRunner:
             declared = self.chosen.declared
             self._model = self._guarded(lambda: declared.build(self._shape, network))
 
+    def sense(self, events: Events | None) -> None:
+        """Keep events for the model's next step."""
+        if events is None:
+            self.trouble = f"{self.label} senses events, which films and logs do not have: show it trials or clips"
+        else:
+            self.unseen.append(events)
+
     def see(self, luma: npt.NDArray[np.uint8]) -> Response | None:
         """Return the model's response to the next frame (R, C); ``None`` after an error."""
         if self.trouble:
             return None
-        frame, asked = frozen(luma), self.maps and self._has_maps
+        frame, asked = self._sensed(luma), self.maps and self._has_maps
         began = time.perf_counter()
         answer = self._guarded(lambda: self._model.step(frame, maps=True) if asked else self._model.step(frame))
         self.seconds += time.perf_counter() - began
@@ -285,6 +303,13 @@ class ModelRunner:
                 response = replace(response, maps=None)
             self.responses.append(response)
         return response
+
+    def _sensed(self, luma: npt.NDArray[np.uint8]) -> npt.NDArray[Any]:
+        """Return what the next step receives: the frame, or the events since the last step."""
+        if self.chosen.declared.senses == "frames":
+            return frozen(luma)
+        events, self.unseen = self.unseen, []
+        return joined(events)
 
     def series(self) -> ResponseSeries | None:
         """Return the model's responses to all frames; ``None`` after an error."""
@@ -390,6 +415,9 @@ class Showing:
             for model, values in sample.changes.items():
                 change(self.runners, model, values)
             image = frozen(sample.image)
+            for runner in self.runners:
+                if runner.chosen.declared.senses == "events":
+                    runner.sense(sample.events)
             self.responses = [
                 runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
                 for runner, before in zip(self.runners, self.responses, strict=True)
