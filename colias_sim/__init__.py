@@ -62,15 +62,9 @@ if TYPE_CHECKING:
     from colias_sim.simulation import Simulation
     from colias_sim.truth import Truth
 else:
-    __getattr__, _, _ = lazy_loader.attach(
-        __name__,
-        submod_attrs={
-            "camera": ["Camera", "Frame"],
-            "event_camera": ["EventCamera"],
-            "simulation": ["Simulation"],
-            "truth": ["Truth"],
-        },
-    )
+    _LATER = {"camera": "Camera Frame", "event_camera": "EventCamera", "simulation": "Simulation", "truth": "Truth"}
+    _NAMES = {module: names.split() for module, names in _LATER.items()}
+    __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs=_NAMES)
 
     def __dir__() -> list[str]:
         """List every public name, imported already or not."""

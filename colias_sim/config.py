@@ -413,6 +413,10 @@ class SceneConfig:
         return (self.shell_shape, self.shell_width_cm, self.shell_height_cm, self.shell_picture) == usual
 
 
+NOISY = {"sigma_thres": 0.05, "cutoff_hz": 30.0, "shot_noise_rate_hz": 5.0, "refractory_period_s": 0.01}
+"""The event camera of v2e's preset of that name."""
+
+
 @parameters
 class EventConfig(_Presets):
     """Settings of an event camera, with the names, units and defaults of v2e's emulator.
@@ -434,11 +438,7 @@ class EventConfig(_Presets):
     _named: ClassVar = {
         "default": ("thresholds with a spread, and leak", {}),
         "ideal": ("equal thresholds and no noise", {"sigma_thres": 0.0, "leak_rate_hz": 0.0}),
-        "clean": ("v2e's clean: a small spread of thresholds", {"sigma_thres": 0.02, "leak_rate_hz": 0.0}),
-        "noisy": (
-            "v2e's noisy: dim light",
-            {"sigma_thres": 0.05, "cutoff_hz": 30.0, "shot_noise_rate_hz": 5.0, "refractory_period_s": 0.01},
-        ),
+        "noisy": ("v2e's noisy, for dim light", NOISY),
     }
 
     pos_thres: Annotated[float, unit("ln light")] = Field(default=0.2, ge=0.01, le=5.0)

@@ -82,8 +82,7 @@ class EventCamera:
             Generator of thresholds and noise, kept until the next restart.
         """
         self._wall = self._wall_at = self._wall_to = self._model.body("wall").quat.copy()
-        self._turned = self._steps
-        self._pose, self._time = data.qpos.copy(), data.time
+        self._pose, self._time, self._turned = data.qpos.copy(), data.time, self._steps
         self._draw(self._pose)
         self._pixels.restart(self._sensor.still(self._state), data.time, rng)
 

@@ -59,8 +59,8 @@ class EventPixels:
         """
         self._rng, self._time_s = rng, time_s
         nominal = np.array([[self.config.pos_thres], [self.config.neg_thres]])
-        spread = self.config.sigma_thres * rng.standard_normal((2, self._count))
-        self._thres = np.maximum(nominal + spread, _LEAST_THRES)
+        self._thres = nominal + self.config.sigma_thres * rng.standard_normal((2, self._count))
+        self._thres = np.maximum(self._thres, _LEAST_THRES)
         self._shots = 0.5 * self.config.shot_noise_rate_hz * nominal / self._thres
         self._log = log_light(light.ravel())
         self._memory = self._log.copy()
@@ -106,18 +106,15 @@ class EventPixels:
             sign, at = np.nonzero(self._rng.random((2, self._count)) < rates)
             found.append((begin + dt * self._rng.random(at.size), at, 1 - 2 * sign))
         if found:
-            self._taken.append(self._events(*map(np.concatenate, zip(*found, strict=True))))
+            when, place, sign = map(np.concatenate, zip(*found, strict=True))
+            events = np.empty(len(when), EVENT)
+            events["t"], events["y"], events["x"], events["polarity"] = when, *np.divmod(place, self._columns), sign
+            self._taken.append(events[np.argsort(when, kind="stable")])
 
     def _beyond(self, change: Floats, at: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
         """Return those of the pixels ``at`` whose change has reached a threshold."""
-        on, off = change[at] >= self._thres[0, at] - _ROUNDING, -change[at] >= self._thres[1, at] - _ROUNDING
-        beyond: npt.NDArray[np.intp] = at[on | off]
-        return beyond
-
-    def _events(self, times: Floats, at: npt.NDArray[np.intp], polarity: npt.NDArray[np.integer]) -> Events:
-        events = np.empty(len(times), EVENT)
-        events["t"], events["y"], events["x"], events["polarity"] = times, *np.divmod(at, self._columns), polarity
-        return events[np.argsort(times, kind="stable")]
+        on, off = self._thres[:, at] - _ROUNDING
+        return np.extract((change[at] >= on) | (-change[at] >= off), at)
 
     def take(self) -> Events:
         """Return the events since the last call.

@@ -326,7 +326,10 @@ class Simulation:
             if command:
                 for robot in self._queuing:
                     robot.tick()
-            self._move(steps)
+            for part in [steps] if self.event_camera is None else [1] * steps:
+                mujoco.mj_step(self.model, self.data, part)
+                if self.event_camera is not None:
+                    self.event_camera.see(self.data)
             if renders:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
                 mujoco.mj_camlight(self.model, self.data)
@@ -340,13 +343,6 @@ class Simulation:
             camera.collect()
             if not look:
                 camera.skip()
-
-    def _move(self, steps: int) -> None:
-        """Advance by physics steps, each of which an event camera sees."""
-        for _ in range(1 if self.event_camera is None else steps):
-            mujoco.mj_step(self.model, self.data, steps if self.event_camera is None else 1)
-            if self.event_camera is not None:
-                self.event_camera.see(self.data)
 
 
 @lru_cache(maxsize=512)

@@ -6,7 +6,6 @@ import dataclasses
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +16,7 @@ from experiments.base.files import Files
 from experiments.base.templates import render
 from experiments.kinds.kind import planned
 from experiments.settings.settings import events_of
-from experiments.show.play import show, tabulate
+from experiments.show.play import Trial, show, tabulate
 from experiments.store.asked import Asked
 from experiments.store.recordings import write_pictures
 
@@ -81,9 +80,9 @@ def write(asked: Asked, trial: int | None, out: Path) -> None:
     files.write_text("README.md", render("kinds/data_set.md.j2", trial=chosen, truth=truths[0]) + "\n")
 
 
-def _trial(asked: Asked, number: int | None) -> Any:
+def _trial(asked: Asked, number: int | None) -> Trial:
     """Return a trial of a run, planned anew: the first for ``None``."""
-    trials = {str(one.index): one for one in planned(asked).trials}
+    trials: dict[str, Trial] = {str(one.index): one for one in planned(asked).trials}
     wanted = next(iter(trials)) if number is None else str(number)
     check_known("--trial", wanted, list(trials))
     return trials[wanted]
@@ -108,17 +107,14 @@ def write_events(asked: Asked, trial: int | None, out: Path) -> None:
     """
     if asked.kind not in ("trials", "clips"):
         raise UsageError(f"--events: RUN must be a run of trials or clips, got one of the kind {asked.kind}")
-    chosen = _trial(asked, trial)
-    for showing in show(dataclasses.replace(chosen, events=chosen.events or events_of(asked.values), controls=None)):
+    one = _trial(asked, trial)
+    for showing in show(dataclasses.replace(one, events=one.events or events_of(asked.values), controls=None)):
         place = out / f"camera{showing.eye and f'_{showing.eye}'}"
         place.mkdir(parents=True)
         events = joined([sample.events for sample in showing.samples if sample.events is not None])
-        names, (rows, columns) = events.dtype.names or (), showing.source.shape
-        np.savez_compressed(
-            place / "events.npz", allow_pickle=False, **{name: events[name] for name in names}, rows=rows,
-            columns=columns, frame_s=np.array([sample.time_s for sample in showing.samples]),
-        )  # fmt: skip
+        parts = {name: events[name] for name in events.dtype.names or ()}
+        parts |= {"shape": showing.source.shape, "frame_s": np.array([sample.time_s for sample in showing.samples])}
+        np.savez_compressed(place / "events.npz", allow_pickle=False, **parts)
         if find_spec("h5py"):
             with import_module("h5py").File(place / "events.h5", "w") as file:
-                for name in names:
-                    file.create_dataset(f"events/{name}", data=events[name], compression="gzip")
+                file.update(parts)

@@ -118,11 +118,9 @@ def trials_of(
     """
     whole = [(repeat, clip) for repeat in range(repeats) for clip in clips_of(experiment.clips, repeat, pictures)]
     return tuple(
-        ClipTrial(
-            experiment.name, index, repeat, seed + repeat, clip, models, truth=truth, controls=controls, events=events
-        )
-        for index, (repeat, clip) in enumerate(whole)
-    )  # fmt: skip
+        ClipTrial(experiment.name, index, r, seed + r, clip, models, truth=truth, controls=controls, events=events)
+        for index, (r, clip) in enumerate(whole)
+    )
 
 
 def some(clip: Stimulus[ClipParams]) -> range:

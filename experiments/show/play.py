@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -196,7 +197,7 @@ class ModelRunner:
     trouble
         The traceback of what it raised, or the fault of a response; empty while there is none.
     unseen
-        The events since its last step.
+        The events of the frames since its last step; ``None`` of one without.
     """
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True, phase: int = 0) -> None:
@@ -207,7 +208,7 @@ class ModelRunner:
         self.pictures: list[npt.NDArray[np.uint8]] = []
         self.seconds = 0.0
         self.trouble = ""
-        self.unseen: list[Events] = []
+        self.unseen: list[Events | None] = []
         self._shape, self._keep, self._frames = shape, keep, 0
         self._channels = chosen.channels
         model = self._guarded(lambda: chosen.build(shape))
@@ -274,20 +275,13 @@ class ModelRunner:
             declared = self.chosen.declared
             self._model = self._guarded(lambda: declared.build(self._shape, network))
 
-    def sense(self, events: Events | None) -> None:
-        """Keep events for the model's next step."""
-        if events is None:
-            self.trouble = f"{self.label} senses events, which films and logs do not have: show it trials or clips"
-        else:
-            self.unseen.append(events)
-
     def see(self, luma: npt.NDArray[np.uint8]) -> Response | None:
         """Return the model's response to the next frame (R, C); ``None`` after an error."""
         if self.trouble:
             return None
-        frame, asked = self._sensed(luma), self.maps and self._has_maps
+        see, asked = partial(self._sensed, luma), self.maps and self._has_maps
         began = time.perf_counter()
-        answer = self._guarded(lambda: self._model.step(frame, maps=True) if asked else self._model.step(frame))
+        answer = self._guarded(lambda: self._model.step(see(), maps=True) if asked else self._model.step(see()))
         self.seconds += time.perf_counter() - began
         if self.trouble:
             return None
@@ -306,9 +300,11 @@ class ModelRunner:
 
     def _sensed(self, luma: npt.NDArray[np.uint8]) -> npt.NDArray[Any]:
         """Return what the next step receives: the frame, or the events since the last step."""
+        unseen, self.unseen = self.unseen, []
         if self.chosen.declared.senses == "frames":
             return frozen(luma)
-        events, self.unseen = self.unseen, []
+        if len(events := [one for one in unseen if one is not None]) < len(unseen):
+            raise ResponseError("films and logs have no events: show this model trials or clips")
         return joined(events)
 
     def series(self) -> ResponseSeries | None:
@@ -416,8 +412,7 @@ class Showing:
                 change(self.runners, model, values)
             image = frozen(sample.image)
             for runner in self.runners:
-                if runner.chosen.declared.senses == "events":
-                    runner.sense(sample.events)
+                runner.unseen.append(sample.events)
             self.responses = [
                 runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
                 for runner, before in zip(self.runners, self.responses, strict=True)

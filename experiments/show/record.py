@@ -404,9 +404,9 @@ def strokes(counts: npt.NDArray[Any], edge: float) -> tuple[npt.NDArray[np.int64
 def _points(entity: str, events: Sequence[Events], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
     """Return events as points in the colours of brighter and darker pixels."""
     every = np.concatenate(events)
-    places = np.column_stack([every["x"], every["y"]]) + 0.5
     tints = np.where(every["polarity"][:, None] > 0, rgb(palette.BRIGHTER), rgb(palette.DARKER)).astype(np.uint8)
-    points = rr.Points2D.columns(positions=places, colors=tints).partition([*map(len, events)])
+    points = rr.Points2D.columns(positions=np.column_stack([every["x"], every["y"]]) + 0.5, colors=tints)
+    points = points.partition([*map(len, events)])
     return [fixed(entity, rr.Points2D.from_fields(radii=[0.5])), chunk(entity, when, points)]
 
 
@@ -530,7 +530,7 @@ def views(content: Content) -> list[tuple[float, Any]]:
         contents = ["$origin/**", "- $origin/events", *(f"- $origin/truth/{part}" for part in apart)]
         top.append((4.0, rrb.Spatial2DView(origin=place, contents=contents, name=name)))
         if content.events:
-            top.append((4.0, rrb.Spatial2DView(origin=f"{place}/events", name="events: ON yellow, OFF pink")))
+            top.append((4.0, rrb.Spatial2DView(origin=place, contents=["$origin/events"], name="ON yellow, OFF pink")))
         if apart:
             true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
             top.append((3.0, rrb.Vertical(*true)))

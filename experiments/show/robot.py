@@ -93,9 +93,8 @@ def is_random(settings: Settings) -> bool:
     placing = settings.pose_sd_mm or settings.heading_sd_deg or settings.robot.motor_inequality_sd
     scenery = settings.scene.light_sd or settings.scene.turn_wall
     skipping = any(model.processor.every > 1 for model in settings.models)
-    return bool(placing or scenery or skipping or event_camera(settings.models, settings.events)) or any(
-        getattr(eye, noise) for eye in eyes for noise in noises
-    )
+    others = placing or scenery or skipping or event_camera(settings.models, settings.events)
+    return bool(others) or any(getattr(eye, noise) for eye in eyes for noise in noises)
 
 
 def trial_seed(seed: int, index: int) -> int:
@@ -136,10 +135,8 @@ def simulation(
 
     ``movers`` is the number of robots beside observer and stimulus.
     """
-    scenes, key = (
-        _SCENES.simulations,
-        (robot, camera, scene, movers, truth, events, *map(sha256, map(Path, files(scene)))),
-    )
+    scenes = _SCENES.simulations
+    key = robot, camera, scene, movers, truth, events, *map(sha256, map(Path, files(scene)))
     if key not in scenes:
         while len(scenes) >= MOST_SCENES:
             scenes.pop(next(iter(scenes))).close()
