@@ -123,8 +123,7 @@ class EventCamera:
         """Place everything in a state of its own, and the wall where it is now."""
         model, state, wall = self._model, self._state, self._model.body("wall").quat
         state.qpos[:] = pose
-        commanded = wall.copy()
-        wall[:] = self._wall
+        commanded, wall[:] = wall.copy(), self._wall
         mujoco.mj_kinematics(model, state)
         mujoco.mj_camlight(model, state)
         wall[:] = commanded

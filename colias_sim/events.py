@@ -89,9 +89,8 @@ class EventPixels:
         found = []
         at = self._beyond(after, np.arange(self._count))
         while at.size:
-            polarity = np.where(after[at] > 0.0, 1, -1)
+            polarity, way = np.where(after[at] > 0.0, 1, -1), after[at] - before[at]
             step = polarity * self._thres[(1 - polarity) // 2, at]
-            way = after[at] - before[at]
             share = np.where(polarity * before[at] < np.abs(step), (step - before[at]) / np.where(way, way, 1.0), 0.0)
             times = np.maximum(begin + np.clip(share, 0.0, 1.0) * dt, self._rests_until[at])
             at, polarity, step, times = (each[times <= time_s] for each in (at, polarity, step, times))

@@ -1,56 +1,37 @@
 """Models that sense events: what they receive in clips and in trials with the robot, controls, recordings and files."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from colias_sim.config import CameraConfig, EventConfig, ProcessorConfig, RobotConfig, SceneConfig
 from colias_sim.events import joined
-from dsnn import ModelEntry, Response
+from dsnn import EMDParams, ModelEntry
 from dsnn.stimuli import stimulus
-from experiments.base.errors import TrialError, UsageError
 from experiments.declare.clip import Clip
 from experiments.kinds import data_set
 from experiments.settings.models import ConfiguredModel, choose
 from experiments.settings.settings import Settings, events_of
 from experiments.show.clips import ClipSource, ClipTrial, open_clip, record
 from experiments.show.controls import controls
-from experiments.show.play import play, show
+from experiments.show.play import Showing, play, show
 from experiments.show.robot import RobotTrial, forget_simulations
 from experiments.store.asked import Asked
 from experiments.store.recordings import chunks
+from tests.colias_sim.envs.test_envs_events import Counter
 from tests.experiments.show.test_processor import CROSSING
+from tests.helpers.chapters import titled
 
 IDEAL = EventConfig.preset("ideal")
-FEW = EventConfig(supersample_columns=2)
-SMALL = {"rows": 24, "columns": 32, "speed": 60.0, "dark_grey": 40.0, "light_grey": 200.0}
-
-
-@dataclass(frozen=True)
-class Parameters:
-    t_sp: float = 10.0
-
-
-class Counter:
-    """A model whose HS is the number of events since its last step."""
-
-    senses = "events"
-
-    def __init__(self, shape, parameters):
-        self.shape = shape
-
-    def step(self, events):
-        assert not events.flags.writeable and (np.diff(events["t"]) >= 0).all()
-        return Response(hs=float(len(events)))
-
-    def reset(self):
-        pass
+EDGE = Clip("edge", "edge", {"rows": 12, "columns": 32, "speed": 60.0, "dark_grey": 40.0, "light_grey": 200.0})
+ALL = 12 * 32 * 8
+"""Its events: 8 thresholds in each pixel."""
 
 
 def counter(**changes):
-    entry = ModelEntry("counter", "counts events", Counter, Parameters())
-    return ConfiguredModel("counter", "counter", Parameters(), entry, **changes)
+    entry = ModelEntry("counter", "counts events", Counter, EMDParams())
+    return ConfiguredModel("counter", "counter", entry.robot, entry, **changes)
 
 
 def hs(trial):
@@ -59,67 +40,41 @@ def hs(trial):
     return series.hs, [sample.events for sample in showing.samples]
 
 
-@pytest.mark.parametrize("polarity", ["on", "off"])
-def test_a_clip_is_sampled_between_its_frames_and_an_edge_is_the_closed_form(polarity):
-    """An edge at 60 px/s, 2 px a frame: 8 thresholds in every pixel, at the place where it is then."""
-    clip = Clip("edge", "edge", SMALL | {"polarity": polarity})
-    events = joined([sample.events for sample in ClipSource(clip, clip.build(0), events=IDEAL)])
-    assert len(events) == 24 * 32 * 8 and (events["polarity"] == (1 if polarity == "on" else -1)).all()
-    ground, behind = (40.0, 200.0) if polarity == "on" else (200.0, 40.0)
-    levels = ground * np.exp((0.2 if polarity == "on" else -0.2) * np.arange(1, 9))
+def test_a_clip_is_sampled_between_its_frames_and_an_edge_is_the_closed_form():
+    """At 60 px/s, 2 px a frame: 8 thresholds in every pixel, at the place where the edge is then."""
+    events = joined([sample.events for sample in ClipSource(EDGE, EDGE.build(0), events=IDEAL)])
+    assert len(events) == ALL and (events["polarity"] == 1).all()
     for column in (0, 7, 31):
         at = events[(events["x"] == column) & (events["y"] == 5)]["t"]
-        expected = 0.3 + (column + (levels - ground) / (behind - ground)) / 60.0
-        np.testing.assert_allclose(at, expected, atol=0.001)
-
-
-def test_a_stimulus_that_moves_in_steps_has_its_events_at_its_frames():
-    clip = stimulus("reverse-phi", rows=20, columns=20)
-    assert not clip.is_continuous and np.array_equal(clip.at(12.7).luma, clip[12].luma)
-    moving = stimulus("edge", **SMALL)
-    assert moving.is_continuous and not np.array_equal(moving.at(12.5).luma, moving[12].luma)
+        shares = (40.0 * np.exp(0.2 * np.arange(1, 9)) - 40.0) / 160.0
+        np.testing.assert_allclose(at, 0.3 + (column + shares) / 60.0, atol=0.001)
 
 
 @pytest.mark.parametrize("name", ["plain", "cluttered", "looming", "grating", "edge", "bar", "street", "foliage"])
 def test_a_moment_between_two_frames_is_the_frame_of_a_clip_that_is_twice_as_fast(name):
-    whole = {
-        "plain": 30,
-        "cluttered": 30,
-        "looming": 20,
-        "edge": 20,
-        "bar": 20,
-        "grating": 20,
-        "street": 10,
-        "foliage": 10,
-    }
     slow, fast = (stimulus(name, 3, rows=40, columns=60, fps=fps) for fps in (20.0, 40.0))
-    index = whole[name]
-    there, here = fast[2 * index + 1].luma.astype(int), slow.at(index + 0.5).luma
-    assert np.abs(there - here).max() <= 2 and slow.is_continuous
+    there = fast[41].luma.astype(int)
+    assert slow.is_continuous and np.abs(there - slow.at(20.5).luma).max() <= 2
+    steps = stimulus("reverse-phi", rows=20, columns=20)
+    assert not steps.is_continuous and np.array_equal(steps.at(12.7).luma, steps[12].luma)
 
 
 def test_a_model_receives_each_event_once_whatever_its_processor_skips():
-    clip = Clip("edge", "edge", SMALL)
-    every, events = hs(ClipTrial("test", 0, 0, 1, clip, (counter(),), events=IDEAL))
-    assert every.tolist() == [len(one) for one in events] and every.sum() == 24 * 32 * 8
-    third, _ = hs(ClipTrial("test", 0, 0, 1, clip, (counter(processor=ProcessorConfig(every=3)),), events=IDEAL))
+    every, events = hs(ClipTrial("test", 0, 0, 1, EDGE, (counter(),), events=IDEAL))
+    assert every.tolist() == [len(one) for one in events] and every.sum() == ALL
+    third, _ = hs(ClipTrial("test", 0, 0, 1, EDGE, (counter(processor=ProcessorConfig(every=3)),), events=IDEAL))
     taken = [sum(every[max(at - 2, 0) : at + 1]) for at in range(len(every))]
     assert any(third.tolist() == taken[phase::3] for phase in range(3))
 
 
 def test_films_have_no_events_and_the_model_s_own_part_alone_ends():
-    trial = ClipTrial("test", 0, 0, 0, Clip("edge", "edge", SMALL), (counter(), choose("emd")))
-    object.__setattr__(trial, "sources", lambda: [("", open_clip(trial.condition, 0), trial.models)])
-    (showing,) = show(trial)
-    assert "show this model trials or clips" in showing.runners[0].trouble and not showing.runners[1].trouble
-    with pytest.raises(TrialError, match="no events"):
-        object.__setattr__(trial, "models", (counter(),))
-        show(trial)
+    showing = Showing(open_clip(EDGE, 0), (counter(), choose("emd")))
+    next(iter(showing))
+    assert [bool(runner.trouble) for runner in showing.runners] == [True, False]
 
 
 def test_controls_have_the_events_of_their_own_way():
-    clip = Clip("edge", "edge", SMALL)
-    source = ClipSource(clip, clip.build(0), events=IDEAL)
+    source = ClipSource(EDGE, EDGE.build(0), events=IDEAL)
     samples = list(source)
     last = samples[-1].time_s
     seen = joined([sample.events for sample in samples])
@@ -130,51 +85,43 @@ def test_controls_have_the_events_of_their_own_way():
     assert (back["polarity"] == -1).all() and len(back) == len(seen)
     np.testing.assert_allclose(back["t"], last - seen["t"][::-1])
     assert np.array_equal(back["x"], seen["x"][::-1])
-    order = np.diff(again["shuffled"]["t"])
-    assert len(again["shuffled"]) == len(seen) and (order >= -1e-9).all()
+    assert len(again["shuffled"]) == len(seen) and np.diff(again["shuffled"]["t"]).min() >= -1e-9
 
 
-@pytest.fixture(scope="module")
-def crossing():
-    settings = Settings((counter(),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0, FEW)
-    trial = RobotTrial("test", 0, 0, 7, CROSSING, settings)
-    yield trial
+def test_trials_have_an_event_camera_where_a_model_senses_events_and_the_same_frames():
+    few = EventConfig(supersample_columns=2)
+    settings = Settings((counter(),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0, few)
+    (one,) = show(RobotTrial("test", 0, 0, 7, CROSSING, settings))
+    (other,) = show(RobotTrial("test", 0, 0, 7, CROSSING, replace(settings, models=(choose("emd"),))))
+    assert all(np.array_equal(a.image, b.image) for a, b in zip(one.samples, other.samples, strict=True))
+    assert sum(response.hs for response in one.runners[0].responses) > 1000 and other.sample.events is None
     forget_simulations()
 
 
-def test_trials_have_an_event_camera_where_a_model_senses_events_and_the_same_frames(crossing):
-    (showing,) = show(crossing)
-    ((_, series),) = showing.series()
-    frames = replace(crossing.settings, models=(choose("emd"),))
-    plain = replace(crossing, settings=frames, events=None)
-    (without,) = show(plain)
-    assert plain.events is None and all(sample.events is None for sample in without.samples)
-    for one, other in zip(showing.samples, without.samples, strict=True):
-        assert np.array_equal(one.image, other.image)
-    assert series.hs.sum() == sum(len(sample.events) for sample in showing.samples) > 1000
-
-
 def test_recordings_have_the_events_of_each_frame(tmp_path):
-    trial = ClipTrial("test", 0, 0, 0, Clip("edge", "edge", SMALL), (counter(),), events=IDEAL)
+    trial = ClipTrial("test", 0, 0, 0, EDGE, (counter(),), events=IDEAL)
     file = tmp_path / "clip.rrd"
     file.write_bytes(play(trial, record).recording)
     _, events = hs(trial)
-    found = [
-        chunk.to_record_batch() for entity, chunk in chunks(file)
-        if entity == "world/observer/camera/events" and not chunk.is_static
-    ]  # fmt: skip
-    places = [row for batch in found for row in batch["Points2D:positions"].to_pylist()]
+    found = [chunk for entity, chunk in chunks(file) if entity.endswith("camera/events") and not chunk.is_static]
+    places = [row for chunk in found for row in chunk.to_record_batch()["Points2D:positions"].to_pylist()]
     assert [len(row or ()) for row in places] == [len(one) for one in events]
 
 
-def test_events_of_a_run_are_written_as_they_were_and_settings_reach_them(tmp_path):
+def test_events_of_a_run_are_written_and_settings_reach_them(tmp_path):
     values = {"events.preset": "ideal", "events.pos_thres": "0.4"}
-    assert events_of(values) == EventConfig(pos_thres=0.4, sigma_thres=0.0, leak_rate_hz=0.0)
-    asked = Asked(kind="clips", what=("clean",), repeats=1, values=values)
-    data_set.write_events(asked, 0, tmp_path / "out")
+    assert events_of(values) == replace(IDEAL, pos_thres=0.4)
+    data_set.write_events(Asked(kind="clips", what=("clean",), repeats=1, values=values), 0, tmp_path / "out")
     data = np.load(tmp_path / "out" / "camera" / "events.npz")
-    assert set(data) == {"t", "x", "y", "polarity", "shape", "frame_s"} and data["shape"].tolist() == [180, 320]
-    on, off = ((data["polarity"] == sign).sum() for sign in (1, -1))
-    assert off == pytest.approx(2 * on, rel=0.2) and data["t"].max() <= data["frame_s"][-1]
-    with pytest.raises(UsageError, match="must be a run of trials or clips"):
-        data_set.write_events(Asked(kind="episodes", what=("stop",), repeats=1), 0, tmp_path / "none")
+    assert data["shape"].tolist() == [180, 320] and data["t"].max() <= data["frame_s"][-1]
+    assert (data["polarity"] < 0).sum() == pytest.approx(2 * (data["polarity"] > 0).sum(), rel=0.2)
+
+
+def test_the_model_of_the_page_sees_dark_objects_approach(tmp_path):
+    (tmp_path / "event_looming.py").write_text(titled("event_looming.py"), encoding="utf-8")
+    model, spikes = choose(str(tmp_path / "event_looming.py")), []
+    for changes in ({}, {"motion": "receding"}, {"grey": 200.0, "background_grey": 60.0}):
+        clip = Clip("clip", "looming", {"l_over_v_s": 0.06, **changes})
+        ((_, series),) = show(ClipTrial("test", 0, 0, 0, clip, (model,)))[0].series()
+        spikes.append(series.looming_spikes.sum())
+    assert spikes[0] >= 5 and spikes[1:] == [0, 0]
