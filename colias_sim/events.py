@@ -57,12 +57,11 @@ class EventPixels:
         rng
             Generator of thresholds and noise, kept until the next restart.
         """
-        self._rng, self._time_s = rng, time_s
+        self._rng, self._time_s, self._log = rng, time_s, log_light(light.ravel())
         nominal = np.array([[self.config.pos_thres], [self.config.neg_thres]])
         self._thres = nominal + self.config.sigma_thres * rng.standard_normal((2, self._count))
         self._thres = np.maximum(self._thres, _LEAST_THRES)
         self._shots = 0.5 * self.config.shot_noise_rate_hz * nominal / self._thres
-        self._log = log_light(light.ravel())
         self._memory = self._log.copy()
         self._rests_until = np.full(self._count, -np.inf)
         self._taken: list[Events] = []

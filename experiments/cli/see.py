@@ -139,7 +139,7 @@ def video(
         _write_stimulus(str(source), out, key_values(assignments), seed, jitter)
         return 0
     if (truth or events) and not out.suffix:
-        _write_data_set(source, trial, out, events=events)
+        _write_data_set(source, trial, out, truth=truth, events=events)
         return 0
     path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
@@ -173,15 +173,16 @@ def _write_frames(path: Path, out: Path) -> None:
         write_pictures(out / camera, images, ".png")
 
 
-def _write_data_set(run: Path, trial: int | None, out: Path, *, events: bool) -> None:
-    """Write a trial of a run with its truth, or its events, planned where the run's own command was given."""
+def _write_data_set(run: Path, trial: int | None, out: Path, *, truth: bool, events: bool) -> None:
+    """Write a trial of a run with its truth and its events, planned where the run's own command was given."""
     from experiments.kinds import data_set
     from experiments.kinds.result import load
 
     place = out.absolute()
     command, asked = moved(run, load(run).description)
     with contextlib.chdir(command["folder"]):
-        (data_set.write_events if events else data_set.write)(Asked.read(asked), trial, place)
+        for write in [data_set.write] * truth + [data_set.write_events] * events:
+            write(Asked.read(asked), trial, place)
 
 
 def _write_stimulus(name: str, out: Path, values: Mapping[str, str], seed: int, jitter: float) -> None:

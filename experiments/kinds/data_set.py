@@ -110,7 +110,7 @@ def write_events(asked: Asked, trial: int | None, out: Path) -> None:
     one = _trial(asked, trial)
     for showing in show(dataclasses.replace(one, events=one.events or events_of(asked.values), controls=None)):
         place = out / f"camera{showing.eye and f'_{showing.eye}'}"
-        place.mkdir(parents=True)
+        place.mkdir(parents=True, exist_ok=True)
         events = joined([sample.events for sample in showing.samples if sample.events is not None])
         parts = {name: events[name] for name in events.dtype.names or ()}
         parts |= {"shape": showing.source.shape, "frame_s": np.array([sample.time_s for sample in showing.samples])}
