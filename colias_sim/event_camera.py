@@ -68,7 +68,13 @@ class EventCamera:
         self._offscreen.close()
 
     def retexture(self, texture: int) -> None:
-        """Upload the texture of the model with this index, which has changed."""
+        """Upload a texture of the model that has changed.
+
+        Parameters
+        ----------
+        texture
+            Its index in the model.
+        """
         self._offscreen.retexture(texture)
 
     def restart(self, data: mujoco.MjData, rng: np.random.Generator) -> None:
