@@ -78,7 +78,8 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
 
         return experiment.conditions(), specs, is_random(moved)
 
-    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene, "experiment": whole.design}
+    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene, "events": settings.events,
+            "experiment": whole.design}  # fmt: skip
     return Part(whole, settings.models, base, repeats, render, {**resolved, "changed": changed})
 
 
