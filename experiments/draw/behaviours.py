@@ -16,7 +16,7 @@ from experiments.base import palette
 from experiments.base.console import count
 from experiments.draw import scoreboard, style
 from experiments.judge.scores import summary as summarise
-from experiments.settings.models import CONTROL
+from experiments.store.tables import without_controls
 from scenes import ARENA_RADIUS_CM
 
 ACROSS = 5
@@ -69,7 +69,7 @@ def caption(played: Mapping[str, Any]) -> str:
 def finding(summary: pl.DataFrame) -> str:
     """Return which behaviours are best as far as 95 % intervals tell: of returns, or without these of collisions."""
     env, short = summary["env"][0], summary["env"][0].partition("/")[2]
-    summary = summary.filter(~pl.col("behaviour").str.contains(CONTROL, literal=True))
+    summary = without_controls(summary, "behaviour")
     rates = [(rate, "the fewest", "fewer", -1) for rate in ENVS[env].collisions[:1]]
     for measure, most, more, sign in ((RETURN, "the highest", "a higher", 1), *rates):
         rows = summary.filter(measure=measure).sort("value", descending=sign > 0, maintain_order=True)

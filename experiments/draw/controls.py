@@ -1,16 +1,13 @@
-"""Controls as a table and a figure: what each model responds to trials as they were, and to their controls."""
+"""Controls as a figure: what each model responds to trials as they were, and to their controls."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from matplotlib.figure import Figure
 
 from experiments.base import palette
 from experiments.draw import style
-from experiments.judge.controls import COLUMNS, MEANS, measured, word_of
+from experiments.judge.controls import MEANS
 from experiments.judge.tests import Floats
-from experiments.store.folder import RunFolder
-from experiments.store.plan import Plan
 
 ACROSS, HEIGHT = 3, 1.9
 """Panels side by side, and the height of one, inches."""
@@ -44,24 +41,3 @@ def draw(found: Mapping[tuple[str, str], Floats], words: Sequence[str]) -> Figur
         note = "Open dots: trials; full dots: means with 95 % intervals; n: trials, each paired with its controls."
         style.caption(figure, f"{note} shown: the trial as it was. shuffled is not judged. Dotted: rest.")
     return figure
-
-
-def conclude_controls(plan: Plan[Any], folder: RunFolder, ways: Mapping[int, str]) -> None:
-    """Judge the controls of a run that has some, and write their table and figure.
-
-    Parameters
-    ----------
-    plan, folder
-        The run, with all its trials.
-    ways
-        The true motion of each trial.
-    """
-    if not plan.asked.option("controls"):
-        return
-    found = measured(folder.table("frames"), ways, plan.models)
-    words = [word_of(values, kind, random=plan.random) for (_, kind), values in found.items()]
-    rows = ({"model": model, "response": kind, **word} for (model, kind), word in zip(found, words, strict=True))
-    folder.write_rows("controls.csv", [{name: row[name] for name in COLUMNS} for row in rows])
-    if drawn := {key: values for key, values in found.items() if len(values)}:
-        known = [word["word"] for word in words if word["n"]]
-        style.save(draw(drawn, known), folder.folder / "controls")

@@ -122,14 +122,9 @@ def word_of(values: Floats, kind: str, *, random: bool = True) -> dict[str, Any]
     by_name, n = dict(zip(MEANS, values.T, strict=True)), len(values)
     row: dict[str, Any] = {"n": n, "p": None, "detectable": None}
     row |= {name: float(measured.mean()) if n else None for name, measured in by_name.items()}
-    if not n or not random or n < LEAST_PAIRS:
-        why = (
-            "no trial has such motion and all controls"
-            if not n
-            else "nothing is random"
-            if not random
-            else f"needs {LEAST_PAIRS}"
-        )
+    reasons = {"no trial has such motion and all controls": n == 0, "nothing is random": not random,
+               f"needs {LEAST_PAIRS}": n < LEAST_PAIRS}  # fmt: skip
+    if why := next((reason for reason, holds in reasons.items() if holds), ""):
         return {**row, "word": UNJUDGED, "says": f"{n} pairs: {why}"}
     pairs = [(by_name[first], by_name[second]) for first, second in TESTS[kind]]
     p_values = holm([paired(first, second).p for first, second in pairs])

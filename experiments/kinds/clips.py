@@ -17,6 +17,7 @@ from experiments.judge.judge import judge
 from experiments.judge.tests import summary_rows
 from experiments.judge.verdict import Verdict, document, verdict_of
 from experiments.kinds import registry
+from experiments.kinds.controls import conclude_controls
 from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.settings.models import event_camera, shown_models
 from experiments.settings.parameters import differing
@@ -105,12 +106,12 @@ def play_clip(trial: Trial, *, recordings: bool = False, frames: bool = True) ->
 
 def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
     """Judge the claims of the clips in ``folder``, and write verdicts, summary and figure."""
-    from experiments.draw import controls as report, style  # not before: workers do without matplotlib
+    from experiments.draw import style  # not before: workers do without matplotlib
 
     rows = without_controls(folder.table("trials")).to_dicts()
     folder.write_json("claims.json", document(verdicts(plan, rows)))
     if rows:
-        report.conclude_controls(plan, folder, {trial.index: trial.way() for trial in plan.trials})
+        conclude_controls(plan, folder, {trial.index: trial.way() for trial in plan.trials})
         folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
         style.save(load(folder.folder).figure(), folder.folder / "figure")
 

@@ -29,9 +29,9 @@ from experiments.judge.verdict import document
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
-from experiments.settings.models import CONTROL, choose, named_model
+from experiments.settings.models import choose, named_model
 from experiments.settings.settings import check_counts
-from experiments.show.episodes import EPISODES, STEPS, EpisodeTrial, env_id, play, record
+from experiments.show.episodes import EPISODES, FROZEN, STEPS, EpisodeTrial, env_id, play, record
 from experiments.show.play import one_thread
 from experiments.store import provenance
 from experiments.store.asked import Asked
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SET_BY_BEHAVIOUR = ("observation", "actions", "model")
-FROZEN = f"{CONTROL}frozen"
 EPISODES_EACH = 20
 """Episodes of each behaviour, where none are asked for."""
 

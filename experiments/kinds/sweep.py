@@ -130,10 +130,7 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
 
 def conclude(plan: Plan[Any], folder: RunFolder, play: Play) -> None:
     """Judge the claims, and write ``outcomes.csv``, ``counts.csv``, ``NAME.json`` and ``NAME.svg``."""
-    from experiments.draw import (
-        style,  # not before: workers do without matplotlib
-        sweep as report,
-    )
+    from experiments.draw import style, sweep as report  # not before: workers do without matplotlib
 
     result = read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
     described, name = result.described(), plan.name

@@ -22,6 +22,7 @@ from experiments.judge.tests import LEVEL, least_of_pairs, p_text, summary_rows
 from experiments.judge.verdict import Verdict, document, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
+from experiments.kinds.controls import conclude_controls
 from experiments.kinds.result import COMPARISONS, Kind, Run, concluding, load, whole_networks
 from experiments.settings.models import EYE, shown_models
 from experiments.settings.parameters import Parameters
@@ -202,9 +203,9 @@ def conclude(plan: Plan[Any], folder: RunFolder) -> None:
     run = load(folder.folder)
     if not rows:
         return
-    from experiments.draw import controls as report, style  # not before: workers do without matplotlib
+    from experiments.draw import style  # not before: workers do without matplotlib
 
-    report.conclude_controls(plan, folder, ways(rows))
+    conclude_controls(plan, folder, ways(rows))
     whole = whole_networks(run)
     folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, NEGATIVE))
     if compared := compare(whole, models[0].label if len(experiment.models) > 1 else ""):

@@ -90,6 +90,15 @@ CONTROLS = ("frozen", "absent", "mirrored", "reversed", "shuffled")
 frame first; in a drawn order."""
 
 
+OF_CONTROL = f"{CONTROL}({'|'.join(CONTROLS)})$"
+"""The end of a label that is a control's."""
+
+
+def without_control(label: str) -> str:
+    """Return the label of the model that a control is of; any other label as it is."""
+    return re.sub(OF_CONTROL, "", label)
+
+
 class Label(NamedTuple):
     """A label of tables, taken apart: ``dsnn@ov7670~frozen``. The eye is a camera preset; empty is the usual one."""
 

@@ -28,7 +28,7 @@ from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.streams import stream
 from experiments.declare.behaviour import Behaviour, Policy
-from experiments.settings.models import parse_label
+from experiments.settings.models import CONTROL
 from experiments.show import record as rerun
 from experiments.show.play import FIELDS, FRAMES, NO_IMAGE, Trial
 from experiments.store.tables import JOB, OBSERVER
@@ -49,6 +49,8 @@ STEPS = FRAMES | pl.Schema(
 )
 """Columns of ``frames.parquet``: a row per frame of an episode; responses are null where nothing is seen."""
 WHEELS = "world/observer/wheels"
+FROZEN = f"{CONTROL}frozen"
+"""End of the name of a behaviour that plays with a `FrozenView`."""
 
 Place = tuple[float, float, float]
 """x and y in cm, heading in degrees."""
@@ -233,7 +235,7 @@ def play(
         inner: Any = wrapped.unwrapped
         observation, _ = wrapped.reset(seed=seed)
         full_turn = inner.options.robot.full_turn
-        name = parse_label(behaviour.name).controlled("frozen") if frozen else behaviour.name
+        name = behaviour.name + FROZEN * frozen
         episode, over = Episode(inner, name, seed, images=images), False
         while not over:
             seen = response(observation, inner.model.channels) if neural else State.read(observation, full_turn)

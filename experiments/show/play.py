@@ -574,12 +574,13 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
     rows, tables = {}, {}
     columns = showings[0].source.frame_columns
     for showing in showings:
-        truth, source, taken = showing.truth(), showing.source, showing.taken()
+        source, taken = showing.source, showing.taken()
+        everies = {1, *(runner.chosen.processor.every for runner in showing.runners)}
+        truths = {every: showing.truth(every) for every in everies}
         errors = {runner.label: _columns(runner.errors) for runner in showing.runners}
-        shown = source.columns(truth)
+        shown = source.columns(truths[1])
         for model, series in showing.series():
-            own = showing.truth(every) if (every := model.processor.every) > 1 else truth
-            numbered = own.with_row_index("frame")[taken[model.label]]
+            numbered = truths[model.processor.every].with_row_index("frame")[taken[model.label]]
             table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS}, **errors[model.label])
             counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {
