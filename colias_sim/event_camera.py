@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from colias_sim.config import CameraConfig, EventConfig
-from colias_sim.events import EventPixels, Events
+from colias_sim.events import EventPixels, Events, Light
 from colias_sim.offscreen import Offscreen
 from colias_sim.scene import steps_per_command
 from colias_sim.sensor import Sensor, render_shape
@@ -88,9 +88,8 @@ class EventCamera:
             Generator of thresholds and noise, kept until the next restart.
         """
         self._wall = self._wall_at = self._wall_to = self._model.body("wall").quat.copy()
-        self._pose, self._time, self._turned = data.qpos.copy(), data.time, self._steps
-        self._draw(self._pose)
-        self._pixels.restart(self._sensor.still(self._state), data.time, rng)
+        self._pose, self._turned = data.qpos.copy(), self._steps
+        self._pixels.restart(self._drawn(self._pose), data.time, rng)
 
     def see(self, data: mujoco.MjData) -> None:
         """Sample the light since the last call, one physics step ago.
@@ -102,17 +101,19 @@ class EventCamera:
         """
         if (self._model.body("wall").quat != self._wall_to).any():
             self._wall_at, self._wall_to, self._turned = self._wall, self._model.body("wall").quat.copy(), 0
-        way, step = np.empty(self._model.nv), data.time - self._time
+        way = np.empty(self._model.nv)
         mujoco.mj_differentiatePos(self._model, way, 1.0, self._pose, data.qpos)
-        for part in np.arange(1, self._parts + 1) / self._parts:
+
+        def light(share: float) -> Light:
             pose = self._pose.copy()
-            mujoco.mj_integratePos(self._model, pose, way, part)
-            turned = min((self._turned + part) / self._steps, 1.0)
+            mujoco.mj_integratePos(self._model, pose, way, share)
+            turned = min((self._turned + share) / self._steps, 1.0)
             self._wall = self._wall_at + turned * (self._wall_to - self._wall_at)
-            self._draw(pose)
-            self._pixels.see(self._sensor.still(self._state), self._time + part * step)
+            return self._drawn(pose)
+
+        self._pixels.sample(light, data.time, self._parts)
         self._turned += 1
-        self._pose, self._time = data.qpos.copy(), data.time
+        self._pose = data.qpos.copy()
 
     def take(self) -> Events:
         """Return the events since the last call.
@@ -125,11 +126,12 @@ class EventCamera:
         """
         return self._pixels.take()
 
-    def _draw(self, pose: np.ndarray) -> None:
-        """Place everything in a state of its own, and the wall where it is now."""
+    def _drawn(self, pose: np.ndarray) -> Light:
+        """Draw everything in a state of its own, and the wall where it is now."""
         model, state, wall = self._model, self._state, self._model.body("wall").quat
         state.qpos[:] = pose
         commanded, wall[:] = wall.copy(), self._wall
         mujoco.mj_kinematics(model, state)
         mujoco.mj_camlight(model, state)
         wall[:] = commanded
+        return self._sensor.still(state)

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
 
@@ -109,6 +114,22 @@ class EventPixels:
             events["t"], events["y"], events["x"], events["polarity"] = when, *np.divmod(place, self._columns), sign
             self._taken.append(events[np.argsort(when, kind="stable")])
 
+    def sample(self, light: Callable[[float], Light], time_s: float, parts: int) -> None:
+        """Take several samples of a light that changes from the last sample on.
+
+        Parameters
+        ----------
+        light
+            Share of the time that has passed, above 0 and up to 1 -> grey levels, (R, C).
+        time_s
+            The time of the last of them, s.
+        parts
+            Number of samples.
+        """
+        begin = self._time_s
+        for share in np.arange(1, parts + 1) / parts:
+            self.see(light(share), begin + share * (time_s - begin))
+
     def _beyond(self, change: Floats, at: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
         """Return those of the pixels ``at`` whose change has reached a threshold."""
         on, off = self._thres[:, at] - _ROUNDING
@@ -126,11 +147,58 @@ class EventPixels:
         return events
 
 
-def joined(parts: list[Events]) -> Events:
-    """Join events that follow each other: (N,) of `EVENT`, read-only."""
-    events: Events = np.concatenate([np.empty(0, EVENT), *parts])
+def joined(parts: Iterable[Events | None]) -> Events:
+    """Join events that follow each other, and leave ``None`` out: (N,) of `EVENT`, read-only."""
+    events: Events = np.concatenate([np.empty(0, EVENT), *(part for part in parts if part is not None)])
     events.flags.writeable = False
     return events
+
+
+def replayed(events: Events, from_s: float, to_s: float, *, backwards: bool = False) -> Events:
+    """Show events at another time, or backwards.
+
+    Parameters
+    ----------
+    events
+        (N,) of `EVENT`.
+    from_s, to_s
+        A moment of theirs, s, and when it is then.
+    backwards
+        Whether time runs backwards from there: what became brighter becomes darker.
+
+    Returns
+    -------
+    ndarray
+        (N,) of `EVENT`, in order of time.
+    """
+    way = -1 if backwards else 1
+    again = events[::way].copy()
+    again["t"] = to_s + way * (again["t"] - from_s)
+    again["polarity"] *= way
+    return again
+
+
+def save_events(folder: Path, events: Events, shape: tuple[int, int], frame_s: Sequence[float]) -> None:
+    """Write events as ``events.npz``, and as ``events.h5`` where h5py is installed.
+
+    Parameters
+    ----------
+    folder
+        Where; it is made.
+    events
+        (N,) of `EVENT`. Files have an array for each of its fields.
+    shape
+        Rows and columns.
+    frame_s
+        Times of the frames, s.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = {name: events[name] for name in EVENT.names or ()}
+    parts |= {"shape": np.array(shape), "frame_s": np.array(frame_s)}
+    np.savez_compressed(folder / "events.npz", allow_pickle=False, **parts)
+    if find_spec("h5py"):
+        with import_module("h5py").File(folder / "events.h5", "w") as file:
+            file.update(parts)
 
 
 def event_counts(events: Events, shape: tuple[int, int]) -> npt.NDArray[np.uint8]:

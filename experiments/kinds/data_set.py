@@ -1,14 +1,12 @@
 """A trial as a data set: its frames, what each pixel truly shows, where the robots are and what models responded."""
 
 import dataclasses
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from colias_sim.events import joined
+from colias_sim.events import joined, save_events
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.templates import render
@@ -105,14 +103,7 @@ def write_events(asked: Asked, trial: int | None, out: Path) -> None:
     """
     if asked.kind not in ("trials", "clips"):
         raise UsageError(f"--events: RUN must be a run of trials or clips, got one of the kind {asked.kind}")
-    one = _trial(asked, trial)
-    for showing in show(dataclasses.replace(one, events=one.events or events_of(asked.values), controls=None)):
-        place = out / f"camera{showing.eye and f'_{showing.eye}'}"
-        place.mkdir(parents=True, exist_ok=True)
-        events = joined([sample.events for sample in showing.samples if sample.events is not None])
-        parts = {name: events[name] for name in events.dtype.names or ()}
-        parts |= {"shape": showing.source.shape, "frame_s": np.array([sample.time_s for sample in showing.samples])}
-        np.savez_compressed(place / "events.npz", allow_pickle=False, **parts)
-        if find_spec("h5py"):
-            with import_module("h5py").File(place / "events.h5", "w") as file:
-                file.update(parts)
+    chosen = _trial(asked, trial)
+    for showing in show(dataclasses.replace(chosen, events=chosen.events or events_of(asked.values), controls=None)):
+        events, times = joined(sample.events for sample in showing.samples), [one.time_s for one in showing.samples]
+        save_events(out / f"camera{showing.eye and f'_{showing.eye}'}", events, showing.source.shape, times)

@@ -73,9 +73,12 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     table: dict[str, Any] = {}
     for model in models_shown:
         table.setdefault(model.section, model.network)
-    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
-    table |= {"events": EventConfig(), "processor": ProcessorConfig()}
+    table |= {**_apparatus(usual_scene(experiment)), "processor": ProcessorConfig()}
     return table if experiment is None else {**table, "experiment": experiment.design}
+
+
+def _apparatus(scene: SceneConfig) -> dict[str, Any]:
+    return {"robot": RobotConfig(), "camera": CameraConfig(), "scene": scene, "events": EventConfig()}
 
 
 def usual_scene(experiment: Experiment | None) -> SceneConfig:
@@ -100,13 +103,8 @@ def changes(
     The wall of ``pictures`` is no parameter.
     """
     usual = dataclasses.replace(usual_scene(experiment), wall=settings.scene.wall if pictures else "")
-    others = {
-        "robot": (RobotConfig(), settings.robot),
-        "camera": (CameraConfig(), settings.camera),
-        "scene": (usual, settings.scene),
-        "events": (EventConfig(), settings.events),
-        "experiment": (declared, experiment.design),
-    }
+    others = {name: (default, getattr(settings, name)) for name, default in _apparatus(usual).items()}
+    others["experiment"] = (declared, experiment.design)
     return {
         key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
         for key, values in differing(settings.models, others=others).items()

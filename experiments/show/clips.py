@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ import numpy as np
 import polars as pl
 
 from colias_sim.config import EventConfig
-from colias_sim.events import LONGEST_SAMPLE_S, EventPixels, Events
+from colias_sim.events import LONGEST_SAMPLE_S, EventPixels, Light
 from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusFrame, Truth
 from dsnn.stimuli.background import PHOTOGRAPH
 from dsnn.stimuli.still import Still, without_object
@@ -76,8 +76,7 @@ class ClipTrial(Trial):
     def sources(self) -> Iterable[tuple[str, Any, Sequence[ConfiguredModel]]]:
         """Return the frames of the clip, and all models."""
         events = self.events or event_camera(self.models, EventConfig())
-        clip = self.condition.build(self.seed)
-        yield "", ClipSource(self.condition, clip, truth=self.truth, events=events), self.models
+        yield "", ClipSource(self.condition, self.condition.build(self.seed), self.truth, events), self.models
 
     @property
     def fps(self) -> float:
@@ -136,7 +135,7 @@ class ClipSource:
     """The frames of a clip, with their truth: motion, and the outline of the object in px."""
 
     def __init__(
-        self, clip: Clip, stimulus: Stimulus[ClipParams], *, truth: bool = False, events: EventConfig | None = None
+        self, clip: Clip, stimulus: Stimulus[ClipParams], truth: bool = False, events: EventConfig | None = None
     ) -> None:
         self.clip, self.stimulus, self._truth, self._events = clip, stimulus, truth, events
         self.frame_columns = TRUE_FRAMES if truth else FRAMES
@@ -148,23 +147,20 @@ class ClipSource:
     def __iter__(self) -> Iterator[Sample]:
         before: list[Mapping[str, Any]] = []
         eye = EventPixels(self.shape, self._events) if self._events else None
+        if eye:
+            parts = eye.config.samples_per_step * int(np.ceil(1.0 / (self.fps * LONGEST_SAMPLE_S)))
+            eye.restart(self.stimulus[0].luma, 0.0, stream("trial.events", self.stimulus.seed))
         for index, frame in enumerate(self.stimulus):
             truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
             before.append(truth)
             since = {every: _summed(before[-every:], every) for every in range(2, 7)} if self._truth else {}
             shown = {name: truth[name] for name in ("motion", *BOX, *more)}
-            events = self._seen(eye, index) if eye else None
-            yield Sample(index / self.fps, frame.luma, shown, since=since, events=events)
+            if eye and index:
+                eye.sample(partial(self._light, index - 1), index / self.fps, parts)
+            yield Sample(index / self.fps, frame.luma, shown, since=since, events=eye.take() if eye else None)
 
-    def _seen(self, eye: EventPixels, index: int) -> Events:
-        """Return the events since the frame before; the light is that of the stimulus between both frames."""
-        if not index:
-            eye.restart(self.stimulus[0].luma, 0.0, stream("trial.events", self.stimulus.seed))
-        parts = math.ceil(1.0 / (self.fps * LONGEST_SAMPLE_S)) * eye.config.samples_per_step
-        for part in range(1, parts + 1) if index else ():
-            at = index - 1 + part / parts
-            eye.see(self.stimulus.at(at).luma, at / self.fps)
-        return eye.take()
+    def _light(self, index: int, share: float) -> Light:
+        return self.stimulus.at(index + share).luma
 
     @contextmanager
     def absent(self) -> Iterator[ClipSource]:
@@ -288,9 +284,8 @@ def recorded(
     from experiments.show import record as rerun
 
     time_s, numbers = np.array([sample.time_s for sample in samples]), first + np.arange(len(samples))
-    events = [sample.events for sample in samples if sample.events is not None]
-    images = {"": rerun.jpegs(sample.image for sample in samples)}
-    frames = rerun.Frames(time_s, numbers, responses, images, events={"": events} if events else {})
+    images, events = {"": rerun.jpegs(sample.image for sample in samples)}, {"": [one.events for one in samples]}
+    frames = rerun.Frames(time_s, numbers, responses, images, events=events)
     there = [sample.truth.get(BOX[0]) is not None for sample in samples]
     if not any(there):
         return frames, []

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from colias_sim.events import Events
+from colias_sim.events import Events, joined, replayed
 from dsnn.frames import frozen
 from experiments.base.streams import stream
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_label
@@ -50,16 +50,13 @@ class Replay:
     def _events(self, now: Sample, place: int, axis: int) -> Events | None:
         """Return the events of the sample at a place, as the control has them now."""
         backwards, here = self._control == "reversed", self._samples[place]
-        seen = self._samples[min(place + backwards, len(self._samples) - 1)]
-        if seen.events is None:
+        at = place + backwards  # backwards, from the sample after it to this one
+        if here.events is None:
             return None
-        events = seen.events[: 0 if self._control == "frozen" or (backwards and seen is here) else None].copy()
-        if backwards:  # from the sample after it to this one
-            events["t"], events["polarity"] = now.time_s + here.time_s - events["t"], -events["polarity"]
-            return events[::-1]
+        events = joined(seen.events for seen in self._samples[at : at + (self._control != "frozen")])
+        events = replayed(events, here.time_s, now.time_s, backwards=backwards)
         if self._control == "mirrored":
             events["yx"[axis]] = self.shape[axis] - 1 - events["yx"[axis]]
-        events["t"] += now.time_s - seen.time_s
         return events
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:

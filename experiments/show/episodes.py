@@ -278,7 +278,7 @@ def record(episode: Episode, title: str = "") -> bytes:
         episode.time_s, np.arange(len(episode.rewards)), responses,
         {"": rerun.jpegs(episode.images)} if camera else {},
         {robot: np.array(way) for robot, way in episode.poses.items()}, plots=plots,
-        events={"": episode.events} if any(map(len, episode.events)) else {},
+        events={"": episode.events},
     )  # fmt: skip
     identity = None if title else f"{name}-{env}-{episode.seed}"
     title = title or f"{name} in {env}, seed {episode.seed}"

@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
-from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -286,9 +285,9 @@ class ModelRunner:
         """Return the model's response to the next frame (R, C); ``None`` after an error."""
         if self.trouble:
             return None
-        see, asked = partial(self._sensed, luma), self.maps and self._has_maps
+        asked = {"maps": True} if self.maps and self._has_maps else {}
         began = time.perf_counter()
-        answer = self._guarded(lambda: self._model.step(see(), maps=True) if asked else self._model.step(see()))
+        answer = self._guarded(lambda: self._model.step(self._sensed(luma), **asked))
         self.seconds += time.perf_counter() - began
         if self.trouble:
             return None
@@ -315,9 +314,9 @@ class ModelRunner:
         unseen, self.unseen = self.unseen, []
         if self.chosen.declared.senses == "frames":
             return frozen(luma)
-        if len(events := [one for one in unseen if one is not None]) < len(unseen):
+        if any(events is None for events in unseen):
             raise ResponseError("films and logs have no events: show this model trials or clips")
-        return joined(events)
+        return joined(unseen)
 
     def series(self) -> ResponseSeries | None:
         """Return the model's responses to all frames; ``None`` after an error."""

@@ -39,7 +39,7 @@ import rerun_bindings
 from rerun.chunk import Chunk
 
 from colias_sim.config import CameraConfig, SceneConfig
-from colias_sim.events import Events
+from colias_sim.events import Events, joined
 from colias_sim.obstacles import Obstacle
 from colias_sim.shapes import robot_shapes
 from colias_sim.truth import Truth
@@ -180,7 +180,7 @@ class Frames:
     truth
         Eye -> what its pixels truly show in each frame, T of them.
     events
-        Eye -> the events since the frame before, T of them.
+        Eye -> the events since the frame before, T of them; ``None`` without an event camera.
     """
 
     time_s: Floats
@@ -192,7 +192,7 @@ class Frames:
     plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     taken: Mapping[str, slice] = field(default_factory=dict)
     truth: Mapping[str, Sequence[Truth]] = field(default_factory=dict)
-    events: Mapping[str, Sequence[Events]] = field(default_factory=dict)
+    events: Mapping[str, Sequence[Events | None]] = field(default_factory=dict)
 
     def times(self, model: str = "", at: slice | npt.NDArray[np.intp] = slice(None)) -> list[rr.TimeColumn]:
         """Return the timelines of the frames that a model took, or of some ``at`` of them; of no model, of all."""
@@ -221,7 +221,7 @@ def write(
     about
         What stands in the text beside it, in Markdown.
     """
-    content = replace(content, noted=bool(about), events=bool(frames.events))
+    content = replace(content, noted=bool(about), events=any(len(joined(one)) for one in frames.events.values()))
     text = [fixed("about", rr.TextDocument(about, media_type=rr.MediaType.MARKDOWN))] * bool(about)
     chunks = [*static(content), *moving(content, frames), *_paths(frames), *more, *text]
     chunks += [Chunk.from_property(group, values) for group, values in (properties or {}).items()]
@@ -362,7 +362,7 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
             chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
     for eye, truths in frames.truth.items():
         chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
-    for eye, events in frames.events.items():
+    for eye, events in frames.events.items() if content.events else ():
         chunks += _points(f"{camera_entity(eye)}/events", events, when)
     for name, images in frames.maps.items():
         first = content.models[0].label
@@ -401,12 +401,12 @@ def strokes(counts: npt.NDArray[Any], edge: float) -> tuple[npt.NDArray[np.int64
     return np.repeat(at, 3), heights.ravel()
 
 
-def _points(entity: str, events: Sequence[Events], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+def _points(entity: str, events: Sequence[Events | None], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
     """Return events as points in the colours of brighter and darker pixels."""
-    every = np.concatenate(events)
+    every = joined(events)
     tints = np.where(every["polarity"][:, None] > 0, rgb(palette.BRIGHTER), rgb(palette.DARKER)).astype(np.uint8)
     points = rr.Points2D.columns(positions=np.column_stack([every["x"], every["y"]]) + 0.5, colors=tints)
-    points = points.partition([*map(len, events)])
+    points = points.partition([0 if one is None else len(one) for one in events])
     return [fixed(entity, rr.Points2D.from_fields(radii=[0.5])), chunk(entity, when, points)]
 
 
@@ -578,8 +578,8 @@ def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
     hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
-    hidden += [f"- /{camera_entity(eye)}/truth/**" for eye in content.eyes if content.surfaces]
-    hidden += [f"- /{camera_entity(eye)}/events" for eye in content.eyes if content.events]
+    apart = ["truth/**"] * bool(content.surfaces) + ["events"] * content.events
+    hidden += [f"- /{camera_entity(eye)}/{part}" for eye in content.eyes for part in apart]
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(
         origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),

@@ -91,9 +91,8 @@ def is_random(settings: Settings) -> bool:
     noises = ("shot_noise", "read_noise", "jitter_ms", "drop_probability")
     placing = settings.pose_sd_mm or settings.heading_sd_deg or settings.robot.motor_inequality_sd
     scenery = settings.scene.light_sd or settings.scene.turn_wall
-    skipping = any(model.processor.every > 1 for model in settings.models)
-    others = placing or scenery or skipping or event_camera(settings.models, settings.events)
-    return bool(others) or any(getattr(eye, noise) for eye in eyes for noise in noises)
+    own = any(model.processor.every > 1 or model.declared.senses == "events" for model in settings.models)
+    return bool(placing or scenery or own) or any(getattr(eye, noise) for eye in eyes for noise in noises)
 
 
 def trial_seed(seed: int, index: int) -> int:

@@ -55,9 +55,8 @@ def test_there_and_back_again_is_as_many_events_of_the_other_polarity_each_by_it
 def test_below_twenty_greys_light_counts_by_a_line_that_a_threshold_exceeds():
     """A grey is 0.15 there: no single grey of an 8-bit picture is an event, as 1 to 2 greys would be in the log."""
     greys = np.arange(0.0, 256.0)
-    assert np.diff(log_light(greys)).max() == pytest.approx(math.log(20.0) / 20.0) and log_light(greys)[20] == np.log(
-        20
-    )
+    assert np.diff(log_light(greys)).max() == pytest.approx(math.log(20.0) / 20.0)
+    assert log_light(greys)[20] == math.log(20.0)
     assert shown(pixel(5, 6, 5, 4)).size == 0
 
 
@@ -144,10 +143,6 @@ def test_a_card_that_crosses_gives_the_events_of_the_closed_form():
     assert found == pytest.approx(expected, rel=0.05)
 
 
-def test_nothing_moves_and_nothing_is_seen():
-    assert crossing(IDEAL, frames=3, speed=0.0)[0].size == 0
-
-
 def test_frames_are_those_without_an_event_camera():
     few = EventConfig(samples_per_step=2, supersample_columns=4, shot_noise_rate_hz=5.0)
     (events, frames, front), (_, without, before) = (
@@ -161,6 +156,6 @@ def test_a_wall_that_turns_moves_evenly_between_two_commands():
     with Simulation(scene={"arena": "drum"}, events=replace(IDEAL, supersample_columns=8)) as sim:
         sim.reset({"stimulus": Pose(0.3, 0.3, 0.0)}, np.random.default_rng(0))
         for _ in range(3):
-            sim.advance(lambda dt: sim.turn_wall(sim.wall_turn + 0.6 * dt))
+            sim.advance(lambda dt: sim.turn_wall(sim.wall_turn + 2.0 * dt))
         steps = np.bincount((sim.event_camera.take()["t"] / STEP_S).astype(int), minlength=54)[18:54]
-    assert steps.min() > 0.2 * steps.mean() > 0.0
+    assert steps.min() > 0.5 * steps.mean() > 0.0

@@ -88,13 +88,12 @@ def test_controls_have_the_events_of_their_own_way():
     assert len(again["shuffled"]) == len(seen) and np.diff(again["shuffled"]["t"]).min() >= -1e-9
 
 
-def test_trials_have_an_event_camera_where_a_model_senses_events_and_the_same_frames():
+def test_trials_have_an_event_camera_where_a_model_senses_events():
     few = EventConfig(supersample_columns=2)
     settings = Settings((counter(),), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0, few)
-    (one,) = show(RobotTrial("test", 0, 0, 7, CROSSING, settings))
-    (other,) = show(RobotTrial("test", 0, 0, 7, CROSSING, replace(settings, models=(choose("emd"),))))
-    assert all(np.array_equal(a.image, b.image) for a, b in zip(one.samples, other.samples, strict=True))
-    assert sum(response.hs for response in one.runners[0].responses) > 1000 and other.sample.events is None
+    values, _ = hs(RobotTrial("test", 0, 0, 7, CROSSING, settings))
+    assert values.sum() > 1000
+    assert RobotTrial("test", 0, 0, 7, CROSSING, replace(settings, models=(choose("emd"),))).events is None
     forget_simulations()
 
 
