@@ -530,7 +530,7 @@ def views(content: Content) -> list[tuple[float, Any]]:
         contents = ["$origin/**", "- $origin/events", *(f"- $origin/truth/{part}" for part in apart)]
         top.append((4.0, rrb.Spatial2DView(origin=place, contents=contents, name=name)))
         if content.events:
-            top.append((4.0, rrb.Spatial2DView(origin=place, contents=["$origin/events"], name="events (OFF: pink)")))
+            top.append((4.0, rrb.Spatial2DView(origin=place, contents=["$origin/events"], name="ON yellow, OFF pink")))
         if apart:
             true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
             top.append((3.0, rrb.Vertical(*true)))

@@ -155,9 +155,6 @@ def test_mirrored_angles_mirror_the_image():
     ways = {-30: "rightward", -15: "rightward", 0: "straight", 15: "leftward", 30: "leftward"}
     assert {c.angle_deg: c.direction for c in Angular("approach").conditions()} == ways
     assert {-c.angle_deg: c.direction for c in Angular("recession").conditions()} == ways
-    left, right = depth_trial("approach", -30.0).answers[0], depth_trial("approach", 30.0).answers[0]
-    assert left.peak_hs > 0.2 > -left.trough_hs
-    assert -right.trough_hs > 0.2 > right.peak_hs
 
 
 @pytest.mark.parametrize(
