@@ -16,7 +16,8 @@ import numpy as np
 from pydantic import validate_call
 
 from colias_sim.camera import Camera, Frame
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import CameraConfig, EventConfig, RobotConfig, SceneConfig
+from colias_sim.event_camera import EventCamera
 from colias_sim.exposure import Render
 from colias_sim.obstacles import obstacles
 from colias_sim.pose import Pose
@@ -50,7 +51,7 @@ class Simulation:
 
     The attribute ``robots`` holds the driving robots by name, ``parked`` the fixed ones, and ``everyone`` both.
     ``cameras`` holds the camera of each robot that sees, by the robot's name. ``obstacles`` lists the obstacles of the
-    arena. ``command_interval`` is the time between two commands, in seconds.
+    arena. ``command_interval`` is the time between two commands, in seconds. ``event_camera`` is that of ``events``.
 
     Parameters
     ----------
@@ -67,6 +68,9 @@ class Simulation:
         Whether there is a camera. Without one nothing is rendered, and only `advance` moves the simulation forward.
     truth
         Whether to remember the last frames for `truth`. It changes no frame.
+    events
+        The settings of an event camera in the place of that of ``eye_of``, or a dictionary of them; ``None``: there is
+        none. It changes no frame.
 
     Raises
     ------
@@ -99,6 +103,7 @@ class Simulation:
         fence: bool = False,
         seeing: bool = True,
         truth: bool = False,
+        events: EventConfig | None = None,
     ) -> None:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
         self.camera_config = camera
@@ -116,8 +121,9 @@ class Simulation:
         self.eye_of = eye_of
         eyes = [eye_of] if seeing else []
         self.cameras = {name: Camera(self.model, f"{name}/eye", camera, truth=truth) for name in eyes}
-        settings = f"{self.scene} {robot} {camera} {variants} {eye_of} {fence} {seeing} {truth} {self.model.signature}"
-        self._kind = "Simulation", settings
+        self.event_camera = None if events is None else EventCamera(self.model, f"{eye_of}/eye", camera, events)
+        settings = (self.scene, robot, camera, variants, eye_of, fence, seeing, truth, self.model.signature)
+        self._kind = "Simulation", repr(settings)
 
     def _bind(self, model: mujoco.MjModel) -> None:
         """Find everything in a model, with new data."""
@@ -192,6 +198,8 @@ class Simulation:
         """Free the cameras' OpenGL contexts."""
         for camera in self.cameras.values():
             camera.close()
+        if self.event_camera is not None:
+            self.event_camera.close()
 
     def get_state(self) -> bytes:
         """Save everything that goes on, between two frames.
@@ -201,7 +209,14 @@ class Simulation:
         bytes
             The state, for `set_state` of a simulation with the same settings, in any process. It has physics, light,
             the wall, motors with their queues, and cameras with their exposure. Generators and controllers are yours.
+
+        Raises
+        ------
+        ValueError
+            There is an event camera.
         """
+        if self.event_camera is not None:
+            raise ValueError("a simulation with an event camera cannot be saved: make it without events")
         physics = np.empty(mujoco.mj_stateSize(self.model, INTEGRATION.value))
         mujoco.mj_getState(self.model, self.data, physics, INTEGRATION.value)
         scene = {name: getattr(self.model, name) for name in SCENE}
@@ -252,7 +267,10 @@ class Simulation:
         mujoco.mj_kinematics(self.model, self.data)
         put(self, tree, PARTS)
 
-    def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0) -> None:
+    def reset(
+        self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0,
+        events: np.random.Generator | None = None,
+    ) -> None:  # fmt: skip
         """Start a trial: place every robot at rest, and draw the light and the wall's phase.
 
         Parameters
@@ -263,6 +281,8 @@ class Simulation:
             Generator of light and phase, and of the robots' draws in `Robot.restart`.
         light
             A factor on the light of the lamps, in addition to the scene's.
+        events
+            Generator of the event camera's thresholds and noise; ``None``: one that ``rng`` spawns.
 
         Raises
         ------
@@ -284,6 +304,8 @@ class Simulation:
         self._settle()
         for camera in self.cameras.values():
             camera.restart(self.data)
+        if self.event_camera is not None:
+            self.event_camera.restart(self.data, events or rng.spawn(1)[0])
 
     def turn_wall(self, angle: float) -> None:
         """Turn the wall with its texture about the arena's middle.
@@ -385,7 +407,10 @@ class Simulation:
             if command:
                 for robot in self._queuing:
                     robot.tick()
-            mujoco.mj_step(self.model, self.data, steps)
+            for part in [steps] if self.event_camera is None else [1] * steps:
+                mujoco.mj_step(self.model, self.data, part)
+                if self.event_camera is not None:
+                    self.event_camera.see(self.data)
             if renders:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
                 mujoco.mj_camlight(self.model, self.data)

@@ -34,10 +34,11 @@ from colias_sim.envs.senses import (
     observation_space,
 )
 from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
+from colias_sim.events import Events, event_counts, joined
 from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, bearing
 from colias_sim.snapshot import PARTS, SETTINGS
-from colias_sim.streams import clearing, episode, film, world
+from colias_sim.streams import clearing, episode, film, sensor, world
 from colias_sim.truth import Truth
 from dsnn.snapshot import Parts, Tree, attributes, pack, put, take, unpack
 
@@ -115,6 +116,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self.action_space = action_space(options.actions)
         model = build_model(options.model, shape)  # built even if unused, so that a wrong name is an error
         self._model = model if options.observation in ("neural", "both") else None
+        self._senses_events = getattr(self._model, "senses", "") == "events"
         self._luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self._luma.flags.writeable = False
         # The camera is made for the upper ends of all ranges, which need the most memory.
@@ -122,6 +124,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         sim = Simulation(
             robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
             fence=True, seeing=options.observation != "state", truth=options.truth,
+            events=options.events if self._senses_events or options.observation == "events" else None,
         )  # fmt: skip
         super().__init__(sim, OBSERVER)
         self._renderer: Renderer | None = None
@@ -265,7 +268,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             placements = moved(placements, self._observer.name, 0.01 * ahead_cm, 0.01 * left_cm, obstacles)
         if poses:
             placements = placed(placements, poses, clearing(rng), obstacles)
-        self._sim.reset(placements, self.np_random, light=light)
+        self._sim.reset(placements, self.np_random, light=light, events=sensor(rng))
         self._here = self._observer.pose
         self._film = film(rng)
         if self._model is not None:
@@ -319,6 +322,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
         self._command = left * self._fastest * left_gain, right * self._fastest * right_gain
         self._responses: list[Response] = []
+        self._events: list[Events] = []
         self._driven = 0.0
         terms: dict[str, float] = {}
         skip, processor = self.options.frames_per_step, self.options.processor
@@ -467,6 +471,11 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         return self._model
 
     @property
+    def events(self) -> Events:
+        """The events of the last step, (N,) of ``colias_sim.events.EVENT``; none without an event camera."""
+        return joined(self._events)
+
+    @property
     def response(self) -> Response | None:
         """The vision model's response to the last frame; ``None`` without a model."""
         return self._responses[-1] if self._responses else None
@@ -530,6 +539,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Update all copies of a changed texture."""
         for camera in self._sim.cameras.values():
             camera.retexture(texture)
+        if self._sim.event_camera:
+            self._sim.event_camera.retexture(texture)
         if self._renderer:
             self._renderer.retexture(texture)
 
@@ -547,15 +558,17 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Reset the episode's state to its state before the first episode."""
         self._rest()
         self._wheels, self._wheel_gains = np.zeros(2, np.float32), USUAL["wheel_gain"]
-        self._responses = []
+        self._responses, self._events = [], []
 
     def _frame(self, look: bool, taken: bool) -> None:
         """Advance the world by one frame; with ``look``, develop the camera's frame; the model may take it."""
         self._advance(look)
         if look and self._sim.seeing:
             self._luma = self._sim.camera(self._observer.name).develop(self._film, self._sim.data.time).luma
-            if taken and self._model is not None:
-                self._responses.append(self._model.step(self._luma))
+        if taken and self._sim.event_camera:
+            self._events.append(self._sim.event_camera.take())
+        if taken and self._model is not None:
+            self._responses.append(self._model.step(self._events[-1] if self._senses_events else self._luma))
 
     def _observation(self) -> Any:
         match self.options.observation:
@@ -563,6 +576,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
                 return self.state.vector()
             case "neural":
                 return neural_observation(self._responses)
+            case "events":
+                return event_counts(self.events, self._luma.shape)
         pixels = self._luma[..., None].copy()  # a copy that the agent may modify
         if self.options.observation == "pixels":
             return pixels

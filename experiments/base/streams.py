@@ -37,6 +37,7 @@ KEYS: Mapping[str, tuple[int, ...]] = {
     "trial.shuffled": (ROOM, 21),  # the order of frames in a control
     "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
     "plausible.box": (ROOM, 20),  # apparatus drawn from what nobody knows
+    "trial.events": (ROOM, 80),  # thresholds and noise of an event camera
     "trial.processor": (ROOM, 19),  # the first frame that a processor takes
 }
 """Name -> the spawn key that tells its numbers from the others'. A new name takes a new key."""

@@ -18,6 +18,8 @@ import numpy.typing as npt
 import polars as pl
 from threadpoolctl import threadpool_limits
 
+from colias_sim.config import EventConfig
+from colias_sim.events import Events, joined
 from dsnn import Response, ResponseError, ResponseSeries, checked_response
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
@@ -58,6 +60,8 @@ class Sample:
     since
         What is true instead for a model that takes every n-th frame, of the motion since n frames before: n -> name ->
         value.
+    events
+        The events since the sample before, of an event camera, where there is one.
     """
 
     time_s: float
@@ -66,6 +70,7 @@ class Sample:
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     pixels: Truth | None = None
     since: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+    events: Events | None = None
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
@@ -137,6 +142,8 @@ class Trial:
         Whether its frames have what truly moved in them. It changes no frame.
     controls
         Shows it to its models again, as controls; ``None``: they see it once.
+    events
+        The settings of an event camera; ``None``: there is one, at its defaults, where a model senses events.
     """
 
     experiment: str
@@ -147,6 +154,7 @@ class Trial:
     models: tuple[ConfiguredModel, ...]
     truth: bool = field(default=False, kw_only=True, repr=False)  # recordings are known by the rest
     controls: Controls | None = field(default=None, kw_only=True, repr=False)
+    events: EventConfig | None = field(default=None, kw_only=True, repr=False)
 
     def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
         """Open the source of each eye: its name, empty for the only one, and the models that see by it."""
@@ -193,6 +201,8 @@ class ModelRunner:
         Time that the model has taken for its steps.
     trouble
         The traceback of what it raised, or the fault of a response; empty while there is none.
+    unseen
+        The events of the frames since its last step; ``None`` of one without.
     """
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True, phase: int = 0) -> None:
@@ -204,6 +214,7 @@ class ModelRunner:
         self.errors: list[tuple[float, float]] = []
         self.seconds = 0.0
         self.trouble = ""
+        self.unseen: list[Events | None] = []
         self._shape, self._keep, self._frames = shape, keep, 0
         self._channels = chosen.channels
         model = self._guarded(lambda: chosen.build(shape))
@@ -274,9 +285,9 @@ class ModelRunner:
         """Return the model's response to the next frame (R, C); ``None`` after an error."""
         if self.trouble:
             return None
-        frame, asked = frozen(luma), self.maps and self._has_maps
+        asked = {"maps": True} if self.maps and self._has_maps else {}
         began = time.perf_counter()
-        answer = self._guarded(lambda: self._model.step(frame, maps=True) if asked else self._model.step(frame))
+        answer = self._guarded(lambda: self._model.step(self._sensed(luma), **asked))
         self.seconds += time.perf_counter() - began
         if self.trouble:
             return None
@@ -297,6 +308,15 @@ class ModelRunner:
         """Compare the local motion that the model found in its last frame with the flow that is true of it."""
         motion = getattr(self._model, "local_motion", None)
         self.errors.append((math.nan, math.nan) if motion is None else truth.errors(motion))
+
+    def _sensed(self, luma: npt.NDArray[np.uint8]) -> npt.NDArray[Any]:
+        """Return what the next step receives: the frame, or the events since the last step."""
+        unseen, self.unseen = self.unseen, []
+        if self.chosen.declared.senses == "frames":
+            return frozen(luma)
+        if any(events is None for events in unseen):
+            raise ResponseError("films and logs have no events: show this model trials or clips")
+        return joined(unseen)
 
     def series(self) -> ResponseSeries | None:
         """Return the model's responses to all frames; ``None`` after an error."""
@@ -402,6 +422,8 @@ class Showing:
             for model, values in sample.changes.items():
                 change(self.runners, model, values)
             image = frozen(sample.image)
+            for runner in self.runners:
+                runner.unseen.append(sample.events)
             self.responses = [
                 runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
                 for runner, before in zip(self.runners, self.responses, strict=True)
