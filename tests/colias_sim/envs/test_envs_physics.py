@@ -7,35 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, Pose, RobotConfig
-from colias_sim.robot import EASE
+from colias_sim import CameraConfig
 from tests.helpers.envs import NAMES, bare
 
 FOCAL = CameraConfig().focal_px
-TRACK = RobotConfig().track_cm
 HULL, RADIUS = 2.0, 45.0  # cm
-FULL = 35.0  # cm/s
-
-
-def rolling(*wheels: float, steps: int = 45) -> list[dict[str, Any]]:
-    """The infos of an observer alone, from rest in the arena's middle, under one command."""
-    env = bare("colias_sim/Optomotor-v0", observation="state", slowest_deg_s=0.0, fastest_deg_s=1e-9)
-    env.reset(seed=1)
-    env._sim.reset({"observer": Pose(0.0, 0.0, 0.0)}, np.random.default_rng(0))
-    infos = [env.step(list(wheels))[-1] for _ in range(steps)]
-    return infos
-
-
-def test_the_speed_does_not_jump_and_settles_at_the_commanded():
-    """From rest, never much above the ramp that the motors are led by."""
-    speeds = [info["driven_cm"] * 30 for info in rolling(1.0, 1.0, steps=12)]
-    for frame, speed in enumerate(speeds[:5], 1):
-        assert 0.4 < speed / (100 * EASE * frame / 30) < 1.25
-    assert speeds[-1] == pytest.approx(FULL, rel=0.03)
-    infos = rolling(0.3, 0.3)
-    assert [info["driven_cm"] * 30 for info in infos[10:]] == pytest.approx([0.3 * FULL] * 35, rel=0.02)
-    assert abs(infos[-1]["y_cm"]) < 0.1 and abs(infos[-1]["heading_deg"]) < 0.5
-    assert rolling(-0.3, 0.3)[-1]["turn_deg_s"] == pytest.approx(math.degrees(2 * 0.3 * FULL / TRACK), rel=0.02)
 
 
 @pytest.mark.parametrize("name", NAMES)
