@@ -17,7 +17,7 @@ import polars as pl
 from colias_sim.events import Events, joined, replayed
 from dsnn.frames import frozen
 from experiments.base.streams import stream
-from experiments.settings.models import CONTROLS, ConfiguredModel, parse_label
+from experiments.settings.models import CONTROLS, ConfiguredModel
 from experiments.show.play import Sample, Source, most_common
 
 VERTICAL = ("downward", "upward")
@@ -44,8 +44,7 @@ class Replay:
             seen = self._samples[place]
             image = frozen(np.flip(seen.image, axis).copy()) if self._control == "mirrored" else seen.image
             truth = {**seen.truth, **({"time_s": now.time_s} if "time_s" in seen.truth else {})}
-            changes = {parse_label(model).controlled(self._control): values for model, values in now.changes.items()}
-            yield Sample(now.time_s, image, truth, changes, since=seen.since, events=self._events(now, place, axis))
+            yield Sample(now.time_s, image, truth, since=seen.since, events=self._events(now, place, axis))
 
     def _events(self, now: Sample, place: int, axis: int) -> Events | None:
         """Return the events of the sample at a place, as the control has them now."""

@@ -23,11 +23,10 @@ from colias_sim.events import Events, joined
 from dsnn import Response, ResponseError, ResponseSeries, checked_response
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
-from experiments.base.errors import TrialError, UsageError, short
+from experiments.base.errors import TrialError
 from experiments.base.streams import stream
 from experiments.base.user_code import traced
-from experiments.settings.models import ConfiguredModel, family, parse_label
-from experiments.settings.settings import in_sections
+from experiments.settings.models import ConfiguredModel, parse_label
 from experiments.store.tables import FRAME, RESPONSES, TrialRecord, recording_of
 
 if TYPE_CHECKING:
@@ -53,8 +52,6 @@ class Sample:
         The frame, (R, C) uint8.
     truth
         What is true of it, by name: poses, the motion shown, the outline of the object.
-    changes
-        Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
     pixels
         What each pixel truly shows, where that was asked for.
     since
@@ -67,7 +64,6 @@ class Sample:
     time_s: float
     image: npt.NDArray[np.uint8]
     truth: Mapping[str, Any]
-    changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     pixels: Truth | None = None
     since: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
     events: Events | None = None
@@ -186,8 +182,6 @@ class ModelRunner:
 
     Attributes
     ----------
-    network
-        The model's parameters as they are now.
     maps
         Whether it is asked for layer maps; only a model whose ``step`` knows this keyword gives them.
     responses
@@ -207,7 +201,6 @@ class ModelRunner:
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True, phase: int = 0) -> None:
         self.chosen, self.label, self.phase = chosen, chosen.label, phase
-        self.network: Any = chosen.network
         self.maps = False
         self.responses: list[Response] = []
         self.pictures: list[npt.NDArray[np.uint8]] = []
@@ -224,11 +217,6 @@ class ModelRunner:
         self._has_maps = not self.trouble and self._guarded(lambda: _takes_maps(model.step))
 
     @property
-    def section(self) -> str:
-        """The section of ``--set`` that its parameters are under."""
-        return family(self.label, type(self.network))
-
-    @property
     def taken(self) -> slice:
         """Which frames its processor takes."""
         return slice(self.phase, None, self.chosen.processor.every)
@@ -239,7 +227,7 @@ class ModelRunner:
         Models on processors that take other frames have other states.
         """
         if (other := self._like(others, "READOUT")) is not None:
-            self._model = SimpleNamespace(step=lambda _: other.read(self.network))
+            self._model = SimpleNamespace(step=lambda _: other.read(self.chosen.network))
         elif (other := self._like(others, "AFTER_F")) is not None:
             self._model.follow(other._model)
 
@@ -249,8 +237,8 @@ class ModelRunner:
         names = vars(kind).get(parameters, ())  # a class that inherits them may respond in its own way
         for other in others:
             if names and type(other._model) is kind and other.taken == self.taken:
-                same = {name: getattr(other.network, name) for name in names}
-                if replace(self.network, **same) == other.network:
+                same = {name: getattr(other.chosen.network, name) for name in names}
+                if replace(self.chosen.network, **same) == other.chosen.network:
                     return other
         return None
 
@@ -260,26 +248,6 @@ class ModelRunner:
             raise RuntimeError(f"{self.label}, whose network it reads, raised")
         answer: Response = self._model.read(params)
         return answer
-
-    def change(self, values: Mapping[str, str]) -> None:
-        """Change parameters, as ``--set`` would; the model restarts with them, and its responses so far stay.
-
-        Parameters
-        ----------
-        values
-            Parameter -> text.
-
-        Raises
-        ------
-        UsageError
-            A value is out of bounds, or there is no such parameter; nothing has changed then.
-        """
-        section = self.section
-        by_key = {f"{section}.{name}": value for name, value in values.items()}
-        self.network = network = in_sections(by_key, {section: self.network})[section]
-        if not self.trouble:
-            declared = self.chosen.declared
-            self._model = self._guarded(lambda: declared.build(self._shape, network))
 
     def see(self, luma: npt.NDArray[np.uint8]) -> Response | None:
         """Return the model's response to the next frame (R, C); ``None`` after an error."""
@@ -332,20 +300,6 @@ class ModelRunner:
         return None
 
 
-def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]) -> None:
-    """Change parameters of one of several models, by its label; see `ModelRunner.change`.
-
-    Raises
-    ------
-    UsageError
-        No such model is shown, or a value is out of bounds; nothing has changed then.
-    """
-    runner = next((runner for runner in runners if runner.label == model), None)
-    if runner is None:
-        raise UsageError(f"no model '{short(model)}' is shown")
-    runner.change(values)
-
-
 def _takes_maps(step: Any) -> bool:
     try:
         parameters = inspect.signature(step).parameters.values()
@@ -390,8 +344,6 @@ class Showing:
     keep, images
         Whether frames and responses are stored, and with the frames their images: a trial by hand may be endless,
         and a film long.
-    share
-        Whether models share what they can, as they may where no parameter changes on the way.
     seed
         Seed of the trial.
     """
@@ -405,13 +357,12 @@ class Showing:
         *,
         keep: bool = True,
         images: bool = True,
-        share: bool = False,
         seed: int = 0,
     ) -> None:
         self.source: Any = source
         self.eye, self.control, self._keep, self._images = eye, control, keep, images
         self.runners = [ModelRunner(model, source.shape, keep=keep, phase=phase_of(model, seed)) for model in models]
-        for place, runner in enumerate(self.runners if share else ()):
+        for place, runner in enumerate(self.runners):
             runner.share(self.runners[:place])
         self.sample: Sample | None = None
         self.samples: list[Sample] = []
@@ -419,8 +370,6 @@ class Showing:
 
     def __iter__(self) -> Iterator[Sample]:
         for number, sample in enumerate(self.source):
-            for model, values in sample.changes.items():
-                change(self.runners, model, values)
             image = frozen(sample.image)
             for runner in self.runners:
                 runner.unseen.append(sample.events)
@@ -488,10 +437,9 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
         Every model raised; it has their tracebacks. Or the trial itself could not be completed.
     """
     showings, seed, stored = [], trial.seed, images or trial.controls is not None
-    share = getattr(trial.condition, "hand", None) is None  # a hand may change parameters on the way
     with one_thread():
         for eye, source, models in trial.sources():
-            showing = Showing(source, models, eye, images=stored, share=share, seed=seed)
+            showing = Showing(source, models, eye, images=stored, seed=seed)
             showing.runners[0].maps = maps and models[0] is trial.models[0]
             for _ in showing:
                 if watch:
@@ -499,7 +447,7 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
             showings.append(showing)
             for control, again in trial.controls(source, showing.samples, seed) if trial.controls else ():
                 labelled = [replace(model, label=parse_label(model.label).controlled(control)) for model in models]
-                showings.append(Showing(again, labelled, eye, control, images=images, share=share, seed=seed))
+                showings.append(Showing(again, labelled, eye, control, images=images, seed=seed))
                 for _ in showings[-1]:
                     pass
     if not any(showing.series() for showing in showings):

@@ -209,8 +209,6 @@ class RobotSource:
             yield self._next()
 
     def _next(self) -> Sample:
-        hand = self.trial.condition.hand
-        changes = hand.changes_at(self.number) if hand else {}
         frame = self.sim.step(self._noise, self.drive)
         darkest, brightest, _, _ = cv2.minMaxLoc(frame.luma)
         self.number += 1
@@ -232,7 +230,7 @@ class RobotSource:
             truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
         events = self.sim.event_camera.take() if self.sim.event_camera else None
         if not self.trial.truth:
-            return Sample(frame.time, frame.luma, truth, changes, events=events)
+            return Sample(frame.time, frame.luma, truth, events=events)
         things = set(self.sim.everyone) - {OBSERVER}
         pixels = {
             every: self.sim.truth(every) for every in {1, *(model.processor.every for model in self.trial.models)}
@@ -241,7 +239,7 @@ class RobotSource:
             every: {name: finite(value) for name, value in shown.columns(things).items()}
             for every, shown in pixels.items()
         }
-        return Sample(frame.time, frame.luma, truth | since[1], changes, pixels[1], since, events)
+        return Sample(frame.time, frame.luma, truth | since[1], pixels[1], since, events)
 
     @contextmanager
     def absent(self) -> Iterator[RobotSource]:
