@@ -145,19 +145,17 @@ class ClipSource:
         return len(self.stimulus)
 
     def __iter__(self) -> Iterator[Sample]:
-        before: list[Mapping[str, Any]] = []
         eye = EventPixels(self.shape, self._events) if self._events else None
+        names = ("motion", *BOX, *(TRUE if self._truth else ()))
         if eye:
             parts = eye.config.samples_per_step * int(np.ceil(1.0 / (self.fps * LONGEST_SAMPLE_S)))
             eye.restart(self.stimulus[0].luma, 0.0, stream("trial.events", self.stimulus.seed))
         for index, frame in enumerate(self.stimulus):
-            truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
-            before.append(truth)
-            since = {every: _summed(before[-every:], every) for every in range(2, 7)} if self._truth else {}
-            shown = {name: truth[name] for name in ("motion", *BOX, *more)}
+            truth = truth_of(frame.truth, index, self.fps)
             if eye and index:
                 eye.sample(partial(self._light, index - 1), index / self.fps, parts)
-            yield Sample(index / self.fps, frame.luma, shown, since=since, events=eye.take() if eye else None)
+            events = eye.take() if eye else None
+            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in names}, events=events)
 
     def _light(self, index: int, share: float) -> Light:
         return self.stimulus.at(index + share).luma
@@ -220,13 +218,6 @@ class ClipSource:
             "peak_target": float(frames["target"].to_numpy().max()),
             "on_target": float(near.mean()) if near.size else None,
         }
-
-
-def _summed(frames: Sequence[Mapping[str, Any]], every: int) -> dict[str, float | None]:
-    """Return flow and interval since the frame that many before: empty where one of them is, or where none was."""
-    whole = len(frames) == every
-    parts = {name: [frame[name] for frame in frames] for name in TRUE if name != "true_time_to_contact_s"}
-    return {name: sum(ones) if whole and None not in ones else None for name, ones in parts.items()}
 
 
 def truth_of(truth: Truth, index: int, fps: float) -> dict[str, Any]:
