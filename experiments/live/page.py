@@ -401,8 +401,8 @@ class Page:
         """Show a frame."""
         session = self.session
         with self.server.atomic():
-            if self._drawn is not session.trial:
-                self._drawn = session.trial
+            if self._drawn is not session.trial.sim:  # a new trial of the same scene is drawn already
+                self._drawn = session.trial.sim
                 self.scene.draw(session.trial.sim, session.spec.settings.camera)
                 self._refresh()
             self.scene.move(session.poses)
