@@ -111,7 +111,7 @@ def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
     rows = without_controls(folder.table("trials")).to_dicts()
     folder.write_json("claims.json", document(verdicts(plan, rows)))
     if rows:
-        conclude_controls(plan, folder, {trial.index: trial.way() for trial in plan.trials})
+        conclude_controls(plan, folder, lambda: {trial.index: trial.way() for trial in plan.trials})
         folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
         style.save(load(folder.folder).figure(), folder.folder / "figure")
 
