@@ -100,9 +100,9 @@ def best(cells: pl.DataFrame) -> str:
     judged = cells.filter("judged")
     held = judged.group_by("point", maintain_order=True).agg((pl.col("value").cast(float) == 1.0).sum())
     most, number = held["value"].max(), judged["what"].n_unique()
-    points = held.filter(value=most)["point"].to_list()
+    points: list[str] = held.filter(value=most)["point"].to_list()
     where = points[0] if len(points) == 1 else f"{len(points)} of {len(held)} points"
-    phrases = [f"Most claims hold at {where}: {most} of {number}", *points[: len(points) * (1 < len(points) < 4)]]
+    phrases = [f"At most {most} of {number} claims hold, at {where}", *points[: len(points) * (1 < len(points) < 4)]]
     return "; ".join(phrases) if most else "No claim holds in every replicate"
 
 
@@ -203,11 +203,12 @@ def _table(sweep: Described, cells: pl.DataFrame) -> Figure:
     cells = cells.filter("judged")
     points, claims = (list(dict.fromkeys(cells[name])) for name in ("point", "what"))
     places = {"x": list(map(claims.index, cells["what"])), "y": list(map(points.index, cells["point"]))}
-    figure = Figure((style.WIDTH, min(style.PAGE, 1.2 + 0.2 * len(points))), layout="constrained")
+    figure = Figure((style.WIDTH, min(style.PAGE, 2.6 + 0.2 * len(points))), layout="constrained")
     panel = figure.subplots()
     _heat(panel, cells.with_columns(pl.Series(name, at) for name, at in places.items()), (len(points), len(claims)))
     panel.invert_yaxis()
-    panel.set_xticks(range(len(claims)), claims)
+    titles = [style.wrapped(f"{sweep['titles'].get(claim, '')} ({claim})", 1.4, style.TITLE) for claim in claims]
+    panel.set_xticks(range(len(claims)), titles, rotation=90, fontsize=style.TITLE)
     panel.set_yticks(range(len(points)), points)
     panel.set_ylabel(", ".join(sweep["axes"]) or "model")
     return figure
