@@ -19,6 +19,7 @@ KINDS: Mapping[str, str] = {
     "sweep": "experiments.kinds.sweep:KIND",
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",
+    "benchmark": "experiments.paper.benchmark.run:KIND",
     "leaderboard": "experiments.paper.boards:KIND",
     "reproduction": "experiments.paper.reproduce:KIND",
 }
@@ -80,8 +81,9 @@ PLANS: Mapping[str, str] = {
 
 BOARDS: Mapping[str, str] = {
     "reproduction": "experiments.paper.reproduce",
+    "verify": "experiments.paper.benchmark.entry:verify",
 }
-"""What is made of many runs -> its module."""
+"""What is made of many runs, or checks what was made -> its module, or its function."""
 
 
 def kind_of(name: str) -> Any:

@@ -15,31 +15,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from dsnn.stimuli.looming import Looming
 from experiments.base.console import count, error_console, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Angular, Design, Experiment, Listed, Translation
 from experiments.judge.judge import SIGNED
-from experiments.judge.roc import alarm_count, alarm_rate, area, median_interval, share
-from experiments.judge.tests import (
-    Score,
-    first_alarm_s,
-)
+from experiments.judge.roc import alarm_rate, area, median_interval, share
+from experiments.judge.tests import Score
 from experiments.kinds import clips as offline
 from experiments.kinds import trials
 from experiments.kinds.kind import Kind
 from experiments.kinds.result import Run
-from experiments.paper.claims.clips import answer
+from experiments.paper.benchmark.rows import RESPONSES, response
 from experiments.paper.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
-from experiments.settings.models import COMPARED, ConfiguredModel, parse_label, shown_models
+from experiments.settings.models import COMPARED, ConfiguredModel, shown_models
 from experiments.settings.settings import watchers
 from experiments.show.timing import time_models
 from experiments.store.asked import Asked
 from experiments.store.description import begin_whole
 from experiments.store.plan import Plan, filled
-from experiments.store.tables import without_controls
 from experiments.store.workers import Workers
 
 if TYPE_CHECKING:
@@ -65,7 +60,6 @@ LABELS = {
     "contact_light_s": "time to contact, light (s), median and range over l/v",
     "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
     "alarms_background": "false alarms, background (1/min)",
-    "gain": "gain over the best control (score)",
     "us_99x72": "µs per frame of 99x72 (logarithmic)", "us_320x180": "µs per frame of 320x180 (logarithmic)",
 }  # fmt: skip
 """Measure -> its words in a figure."""
@@ -73,8 +67,6 @@ CHANCE = {"direction_": 0.25, "auc_": 0.5}
 """Beginning of a measure -> what guessing gets."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
-RIVALS = ("frozen", "absent", "reversed")
-"""The controls that a model's score is held against: a looming potential has no sign that a mirror turns."""
 NOTE = "Next to a score: its 95 % interval, with the repeats of a condition as one cluster."
 
 REPEATS = 5
@@ -193,8 +185,7 @@ def plan(asked: Asked) -> Plan[Any]:
     Parameters
     ----------
     asked
-        What was asked for: models, and repeats of all that is random, otherwise `REPEATS`. Its option ``controls`` is
-        whether models see everything again as controls.
+        What was asked for: models, and repeats of all that is random, otherwise `REPEATS`.
 
     Raises
     ------
@@ -226,54 +217,6 @@ def parts_of(plan: Plan[Any]) -> dict[str, list[Plan[Any]]]:
     found = {name: [part for folder, part in plan.parts.items() if folder.startswith(name)]
              for name in (ROBOT.name, *FILES)}  # fmt: skip
     return {name: parts for name, parts in found.items() if parts}
-
-
-RESPONSES = pl.Schema({
-    "model": pl.String, "condition": pl.String, "shown": pl.String, "right": pl.Boolean, "strength": pl.Float64,
-    "looming": pl.Float64, "spiked": pl.Boolean, "seconds": pl.Float64, "alarms": pl.Int64, "contact_s": pl.Float64,
-})  # fmt: skip
-"""Columns of what `response` returns."""
-
-
-def response(row: Mapping[str, Any], trial: Any, frames: pl.DataFrame | None) -> dict[str, Any]:
-    """Return what a model responded to a trial or clip: what scores are computed from.
-
-    Parameters
-    ----------
-    row
-        Of ``trials.parquet``.
-    trial
-        The job that the row is of.
-    frames
-        The model's rows of ``frames.parquet``; ``None`` where they were not kept, as of the robot's trials.
-
-    Returns
-    -------
-    dict
-        ``condition``, which is the same in all repeats; what was ``shown``: a direction, ``looming``, ``receding``,
-        ``grating`` or ``background``; whether the direction is ``right``; the largest |HS| or |VS| as ``strength`` and
-        the largest potential of ``looming``; whether any channel ``spiked``, ``None`` of a model without thresholds.
-        Of clips the number of looming ``alarms`` in their ``seconds``, and the time to contact at the first, where one
-        is approached.
-    """
-    if "direction" in row:  # a robot's trial
-        shown = {"approach": "looming", "recession": "receding"}.get(row["motion"], str(row["direction"]))
-    elif row["stimulus"] == "grating":
-        shown = "grating"
-    else:
-        shown = "background" if row["object"] == "absent" or row["motion"] is None else str(row["motion"])
-    counts = [row[name] for name in ("hs_spikes", "vs_spikes", "looming_spikes") if row[name] is not None]
-    found = {
-        "model": row["model"], "condition": f"{row['experiment']} {trial.label()}", "shown": shown,
-        "right": answer(row) == shown, "strength": max(sign * row[column] for column, sign in SIGNED.values()),
-        "looming": row["peak_looming"], "spiked": any(counts) if counts else None,
-    }  # fmt: skip
-    if frames is None or row["looming_spikes"] is None:
-        return found | dict.fromkeys(("seconds", "alarms", "contact_s"))
-    spikes, clip = frames["looming_spikes"].to_numpy(), trial.condition.build(trial.seed)
-    contact_s = first_alarm_s(spikes, clip.contact_s()) if isinstance(clip, Looming) else None
-    alarms = alarm_count(spikes, row["fps"])
-    return found | {"seconds": row["frames"] / row["fps"], "alarms": alarms, "contact_s": contact_s}
 
 
 def contact(table: pl.DataFrame, shade: str) -> Score | None:
@@ -332,40 +275,24 @@ def rank(
     -------
     dict
         Board -> its table, the best model on top. Each measure has the columns ``NAME``, ``NAME_low``, ``NAME_high``
-        (the ends of its 95 % interval) and ``NAME_n``; null where it does not apply. Where there are controls,
-        ``gain`` is the score by which models are ranked, less the best of `RIVALS`; it has no interval.
+        (the ends of its 95 % interval) and ``NAME_n``; null where it does not apply.
     """
     boards = {}
-    controlled = any(without_controls(table).height < table.height for table in responses.values())
     for board, scores in {DIRECTION: direction_scores, LOOMING: looming_scores}.items():
         rows = []
         for model in models.get(board, ()):
             # A model that only reports where motion is has no potential to score.
-            labels = [parse_label(model.label).controlled(name) for name in RIVALS]
-            found, *rivals = (
-                scores(*(responses[part].filter(pl.col("model") == label) for part in (ROBOT.name, board)))
-                for label in ((model.label, *labels) if model.counted else (None,))
-            )
+            label = model.label if model.counted else None
+            found = scores(*(responses[part].filter(pl.col("model") == label) for part in (ROBOT.name, board)))
             rounds = {name: us for name in TIMES if (us := times.get(name, {}).get(model.label))}
             timed = {name: Score(float(np.median(us)), *median_interval(us), len(us)) for name, us in rounds.items()}
-            gain = {"gain": _gain(found, rivals, board)} if controlled else {}
-            rows.append({"model": model.label, **_columns({**found, **gain, **dict.fromkeys(TIMES), **timed})})
+            rows.append({"model": model.label, **_columns({**found, **dict.fromkeys(TIMES), **timed})})
         if rows:
             types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in rows[0] if name != "model"}
             table = pl.DataFrame(rows, {"model": pl.String, **types})
             order = [_mean(table, start) for start in RANKED_BY[board]]
             boards[board] = table.sort(*order, "model", descending=[True, True, False], nulls_last=True)
     return boards
-
-
-def _gain(own: Mapping[str, Score | None], rivals: Sequence[Mapping[str, Score | None]], board: str) -> Score | None:
-    """Return how far the mean score of a model is above that of its best control; ``None`` where one has none."""
-    known = [[score.value for name, score in one.items() if name.startswith(RANKED_BY[board][0]) and score]
-             for one in (own, *rivals)]  # fmt: skip
-    if len(known) < 2 or not all(known):
-        return None
-    mean, *others = (float(np.mean(values)) for values in known)
-    return Score(mean - max(others), math.nan, math.nan, len(known[0]))
 
 
 def _mean(table: pl.DataFrame, start: str) -> pl.Expr:
