@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import math
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from itertools import zip_longest
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from experiments.base.streams import stream
 from experiments.base.user_code import digests, is_own, sha256
 from experiments.declare.checks import MARGIN
 from experiments.judge.tests import Score
-from experiments.paper.benchmark.rows import MEASURES, ROWS, difference, probe, row_of, summed
+from experiments.paper.benchmark.rows import MEASURES, ROWS, Sides, difference, probe, row_of, summed
 from experiments.paper.benchmark.tasks import NAME, digest_of, document, plans
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_model
 from experiments.store.plan import Plan
@@ -28,6 +28,8 @@ from experiments.store.tables import TrialRecord, cpu_features, table
 from experiments.store.workers import Workers, finished
 
 ENTRY, TRIALS, MODEL = "entry.json", "trials.parquet", "model"
+GAP = "public less round"
+"""Scores by the paired difference of both: what a model that was tuned on the public seeds loses."""
 KEY = ("seeds", "task", "trial", "control")
 MARGINS = {
     "strength": MARGIN["potential"], "looming": MARGIN["potential"], "alarms": 1.0, "contact_s": 0.1, "flow_r": 0.02,
@@ -53,18 +55,16 @@ def numbers(score: Score | None) -> list[float | None] | None:
 
 
 def derived(rows: pl.DataFrame, channels: Sequence[str]) -> dict[str, Any]:
-    """Return all of an entry that follows from its rows: scores and marks by seeds, and public less round scores."""
-    found: dict[str, Any] = {}
-    marks = {}
+    """Return what of an entry follows from its rows: scores and marks by seeds, and public less round scores."""
+    scores: dict[str, dict[str, Any]] = {}
+    marks: dict[str, dict[str, Sides]] = {}
     for (seeds,), part in rows.partition_by("seeds", as_dict=True, maintain_order=True).items():
-        scores, marks[seeds] = summed(part, channels)
-        rounded = {name: [{cluster: round(mark, 6) for cluster, mark in side.items()} for side in sides]
-                   for name, sides in marks[seeds].items()}  # fmt: skip
-        found[seeds] = {"scores": {name: numbers(score) for name, score in scores.items()}, "marks": rounded}
+        found, marks[seeds] = summed(part, channels)
+        scores[seeds] = {name: numbers(score) for name, score in found.items()}
     if len(marks) > 1:
-        found["gap"] = {name: numbers(difference(sides, marks["round"][name]))
-                        for name, sides in marks["public"].items() if sides}  # fmt: skip
-    return found
+        scores[GAP] = {name: numbers(difference(sides, marks["round"][name]))
+                       for name, sides in marks["public"].items() if sides}  # fmt: skip
+    return {"scores": scores, "marks": marks}
 
 
 def write(out: Path, model: ConfiguredModel, rows: pl.DataFrame, about: Mapping[str, Any]) -> dict[str, Any]:
@@ -94,8 +94,8 @@ def write(out: Path, model: ConfiguredModel, rows: pl.DataFrame, about: Mapping[
     Files(out).write_table(out / TRIALS, rows.select(ROWS.names()))
     entry = {
         "benchmark": NAME, "digest": digest(model.channels), "model": model.label, "text": text,
-        "channels": model.channels, "files": files, "rows": sha256(out / TRIALS), "trials": rows.filter(control="").height,
-        **about, **derived(rows, model.channels),
+        "channels": model.channels, "files": files, "rows": sha256(out / TRIALS),
+        "trials": rows.filter(control="").height, **about, **derived(rows, model.channels),
     }  # fmt: skip
     Files(out).write_json(ENTRY, entry)
     return read(out)
@@ -127,7 +127,7 @@ def place(entry: Mapping[str, Any], others: Iterable[Mapping[str, Any]], name: s
     above = below = count = 0
     for other in others:
         seeds = "round" if entry["beacon"] and entry["beacon"] == other["beacon"] else "public"
-        mine, theirs = (one[seeds]["marks"].get(name) for one in (entry, other))
+        mine, theirs = (one["marks"][seeds].get(name) for one in (entry, other))
         if other["model"] == entry["model"] or not mine or not theirs or name not in MEASURES:
             continue
         apart = difference(mine, theirs)
@@ -140,22 +140,6 @@ def place(entry: Mapping[str, Any], others: Iterable[Mapping[str, Any]], name: s
 # Whether it is what it says.
 
 
-def differing(there: Any, here: Any, where: str = "") -> Iterator[str]:
-    """Yield where two values of JSON differ by more than rounding."""
-    if isinstance(here, dict) and isinstance(there, dict):
-        for name in dict.fromkeys((*here, *there)):
-            yield from differing(there.get(name), here.get(name), f"{where} {name}".strip())
-    elif isinstance(here, list) and isinstance(there, list):
-        for a, b in zip_longest(there, here):
-            yield from differing(a, b, where)
-    elif there != here and not (_is_number(there) and _is_number(here) and math.isclose(there, here, abs_tol=1e-5)):
-        yield f"{where} is {there}, and its rows give {here}"
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def forged(folder: Path) -> list[str]:
     """Return what in an entry does not follow from its own rows and files. No code of the entry is run."""
     entry, rows = read(folder), read_parquet(folder / TRIALS)
@@ -164,10 +148,14 @@ def forged(folder: Path) -> list[str]:
     if rows.schema != ROWS:
         return [f"{TRIALS} has other columns than {NAME}"]
     files = {TRIALS: entry["rows"], **entry["files"]}
-    changed = [name for name, sha in files.items() if not (folder / name).is_file() or sha256(folder / name) != sha]
+    found = [f"{name} is not the file that was entered" for name, sha in files.items()
+             if not (folder / name).is_file() or sha256(folder / name) != sha]  # fmt: skip
     follows = json.loads(json.dumps(derived(rows, entry["channels"])))
-    there = {name: entry[name] for name in ("public", "round", "gap") if name in entry}
-    return [*(f"{name} is not the file that was entered" for name in changed), *differing(there, follows)]
+    for kind, seeds in product(("scores", "marks"), ("public", "round", GAP)):
+        there, here = (one[kind].get(seeds, {}) for one in (entry, follows))
+        found += [f"{kind} {seeds} {name}: {there.get(name)}, its rows give {here.get(name)}"
+                  for name in dict.fromkeys((*here, *there)) if there.get(name, "") != here.get(name, "")]  # fmt: skip
+    return found
 
 
 def missing(rows: pl.DataFrame, parts: Mapping[str, Plan[Any]]) -> list[str]:
@@ -178,9 +166,8 @@ def missing(rows: pl.DataFrame, parts: Mapping[str, Plan[Any]]) -> list[str]:
         for control in ("", *(CONTROLS if plan.asked.option("controls") else ()))
     }  # fmt: skip
     there = rows.select(KEY).rows()
-    lacking, known = len(expected - {*there}), len(expected & {*there})
-    more = len(there) - known
-    return [f"{lacking} rows are missing"] * (lacking > 0) + [f"{more} rows are of no trial, or twice"] * (more > 0)
+    lacking, more = len(expected - {*there}), len(there) - len(expected & {*there})
+    return [f"{lacking} rows of trials are missing, {more} are of no trial or twice"] if lacking or more else []
 
 
 def drawn(parts: Mapping[str, Plan[Any]], sample: float, seed: int) -> dict[str, list[Any]]:
@@ -254,10 +241,12 @@ def verify(folder: Path, sample: float, seed: int, pool: Workers) -> tuple[list[
     made, machines, trouble = [], set(), missing(rows, parts)
     with pool.running(), progress("verify", sum(map(len, again.values())), pool.quiet) as advance:
         for name, trials in again.items():
-            for trial, record, failure in finished(trials, parts[name].work, pool):
-                if record is None or record.troubles:
-                    trouble.append(f"{name} {trial.index} failed: {failure or next(iter(record.troubles.values()))}")
-                else:
+            work = parts[name].work
+            assert work is not None, "a task has trials"
+            for trial, record, failure in finished(trials, work, pool):
+                wrong = [failure] if record is None else record.troubles.values()
+                trouble += [f"{name} {trial.index} failed: {text}" for text in wrong]
+                if record is not None:
                     made += rows_of(name, trial, record)
                     machines.add((record.renderer, record.cpu))
                 advance()
@@ -265,13 +254,7 @@ def verify(folder: Path, sample: float, seed: int, pool: Workers) -> tuple[list[
     exact = drawers <= {*entry["renderers"]} and [cpu_features()] == entry["cpus"] and len(entry["renderers"]) < 2
     trouble += compared(rows, table(made, ROWS), exact=exact)
     of, done = sum(len(plan.trials) for plan in parts.values()), sum(map(len, again.values()))
-    misses = ", ".join(
-        f"{chance_of_a_miss(of, done, share):.2g} if {share:.0%} were forged" for share in (0.3, 0.1, 0.01)
-    )
-    how = (
-        "to the bit: renderer and CPU are the same"
-        if exact
-        else f"within margins, as renderer or CPU differ: {MARGINS}"
-    )
+    misses = [f"{chance_of_a_miss(of, done, share):.2g} if {share:.0%} are forged" for share in (0.3, 0.1, 0.01)]
+    how = "to the bit" if exact else f"within margins, as the renderer or the CPU is another ({MARGINS})"
     return trouble, (f"{done} of {of} trials, drawn by seed {seed}, were done again and compared {how}."
-                     f" The chance that they miss all forged trials is {misses}.")  # fmt: skip
+                     f" The chance that they miss all forged trials is {', '.join(misses)}.")  # fmt: skip

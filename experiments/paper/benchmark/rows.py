@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -13,11 +13,13 @@ import polars as pl
 
 from dsnn.stimuli.looming import Looming
 from experiments.judge.judge import SIGNED
-from experiments.judge.roc import alarm_count, alarm_rate, area, median_interval, share
+from experiments.judge.roc import alarm_count, area, share
 from experiments.judge.tests import Score, first_alarm_s, summarise
-from experiments.paper.benchmark.tasks import BACKGROUND_PX, CONTROLS, DIRECTION, LOOMING, TASKS
+from experiments.paper.benchmark.tasks import CONTROLS, DIRECTION, LOOMING, TASKS
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import parse_label
+from experiments.store.folder import RunFolder
+from experiments.store.plan import Plan
 from experiments.store.tables import table
 
 RESPONSES = pl.Schema({
@@ -68,11 +70,11 @@ def response(row: Mapping[str, Any], trial: Any, frames: pl.DataFrame | None) ->
     return found | {"seconds": row["frames"] / row["fps"], "alarms": alarms, "contact_s": contact_s}
 
 
-ROWS = pl.Schema({
-    "seeds": pl.String, "task": pl.String, "trial": pl.Int64, "seed": pl.Int64, "control": pl.String,
-    "cluster": pl.String, "level": pl.Float64,
-    **{name: kind for name, kind in RESPONSES.items() if name != "model"}, "flow_r": pl.Float64,
-})  # fmt: skip
+KEPT: Mapping[str, type] = {
+    "seeds": str, "task": str, "trial": int, "seed": int, "control": str, "cluster": str, "level": float,
+    "flow_r": float,
+}  # fmt: skip
+ROWS = pl.Schema([*pl.Schema(KEPT).items(), *(one for one in RESPONSES.items() if one[0] != "model")])
 """Columns of an entry's ``trials.parquet``. ``control`` is empty where the trial was shown as it was. ``cluster`` is
 what alike trials share: the scene behind the object, or the condition. ``level`` is the background's speed, px a frame.
 """
@@ -84,16 +86,23 @@ REACHED = 0.75
 """Share of crossings that have to be right at a speed of the background, and at all that are slower."""
 
 
+def shown_in(part: Plan[Any], folder: RunFolder) -> Iterator[tuple[dict[str, Any], Any, pl.DataFrame | None]]:
+    """Yield each row of a task's trials, its trial, and its model's rows of ``frames.parquet`` where it has any."""
+    frames = folder.table("frames").partition_by("trial", "model", as_dict=True)
+    for row in folder.table("trials").iter_rows(named=True):
+        yield row, part.trials[row["trial"]], frames.get((row["trial"], row["model"]))
+
+
 def row_of(seeds: str, task: str, row: Mapping[str, Any], trial: Any, frames: pl.DataFrame | None) -> dict[str, Any]:
     """Return the row of a trial and model, from its rows in ``trials.parquet`` and ``frames.parquet``.
 
     ``seeds`` is ``public`` or ``round``.
     """
-    found = response(row, trial, frames)
+    found, label = response(row, trial, frames), parse_label(row["model"])
     cluttered = row.get("stimulus") == "cluttered"
     return {
-        **found, "seeds": seeds, "task": task, "trial": row["trial"], "seed": row["seed"],
-        "control": parse_label(found["model"]).control,
+        **found, "model": label.model, "seeds": seeds, "task": task, "trial": row["trial"], "seed": row["seed"],
+        "control": label.control,
         "cluster": f"scene {row['repeat']}" if cluttered else found["condition"],
         "level": abs(row["background_speed"]) / row["fps"] if cluttered else None, "flow_r": row.get("true_hs_flow_r"),
     }  # fmt: skip
@@ -107,8 +116,6 @@ class Measure:
     ----------
     task, channels
         The task, and the models that it applies to: those with any of these channels.
-    words
-        What it is.
     score, sides
         From the task's rows: the score with its interval, and the marks that two models are compared by.
     better
@@ -117,7 +124,6 @@ class Measure:
 
     task: str
     channels: tuple[str, ...]
-    words: str
     score: Callable[[pl.DataFrame], Score | None]
     sides: Callable[[pl.DataFrame], Sides]
     better: int = 1
@@ -126,25 +132,27 @@ class Measure:
 def clustered(table: pl.DataFrame, column: str) -> dict[str, float]:
     """Return cluster -> the mean of a column; rows without a number do not count."""
     known = table.drop_nulls(column).group_by("cluster", maintain_order=True).agg(pl.col(column).cast(float).mean())
-    return dict(known.iter_rows())
+    return {cluster: round(mark, 6) for cluster, mark in known.iter_rows()}
 
 
-def of_clusters(table: pl.DataFrame, column: str) -> Score | None:
-    """Return the mean of a column over clusters, with its interval; ``None`` where no row has a number."""
-    means = [*clustered(table, column).values()]
-    return summarise(means) if means else None
-
-
-def right(task: str, words: str) -> Measure:
-    """Return the measure of direction: the share of crossings in which the strongest of HS and VS is the object's."""
+def mean(task: str, channels: tuple[str, ...], column: str, better: int = 1,
+         of: Callable[[pl.DataFrame], pl.DataFrame] = pl.DataFrame.clone) -> Measure:  # fmt: skip
+    """Return the mean of a column over clusters, with its interval, of what ``of`` makes of the task's rows."""
 
     def score(rows: pl.DataFrame) -> Score | None:
-        return share(_by_cluster(_crossings(rows)), "right")
+        means = [*clustered(of(rows), column).values()]
+        return summarise(means) if means else None
 
-    return Measure(task, DIRECTION, f"direction, {words}", score, lambda rows: [clustered(_crossings(rows), "right")])
+    return Measure(task, channels, score, lambda rows: [clustered(of(rows), column)], better)
 
 
-def apart(task: str, words: str, others: Sequence[str], *more: str) -> Measure:
+def right(task: str) -> Measure:
+    """Return the measure of direction: the share of crossings in which the strongest of HS and VS is the object's."""
+    return Measure(task, DIRECTION, lambda rows: share(crossings(rows).with_columns(condition="cluster"), "right"),
+                   lambda rows: [clustered(crossings(rows), "right")])  # fmt: skip
+
+
+def apart(task: str, *others: str) -> Measure:
     """Return the measure of looming: the area under the ROC curve of its peak in approaches against ``others``."""
 
     def sides(rows: pl.DataFrame) -> Sides:
@@ -153,71 +161,52 @@ def apart(task: str, words: str, others: Sequence[str], *more: str) -> Measure:
         marks = zip(parts, (above.mean(axis=1), above.mean(axis=0)), strict=True)
         return [clustered(part.with_columns(mark=values), "mark") for part, values in marks]
 
-    return Measure(task, LOOMING, f"AUC, looming against {words}",
-                   lambda rows: area(_by_cluster(rows), "looming", ("looming",), others), sides)  # fmt: skip
+    def score(rows: pl.DataFrame) -> Score | None:
+        return area(rows.with_columns(condition="cluster"), "looming", ("looming",), others)
+
+    return Measure(task, LOOMING, score, sides)
 
 
-def _crossings(rows: pl.DataFrame) -> pl.DataFrame:
+def crossings(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return what showed translation."""
     return rows.filter(pl.col("shown").is_in([*SIGNED]))
 
 
-def _by_cluster(rows: pl.DataFrame) -> pl.DataFrame:
-    return rows.with_columns(condition="cluster")
+def calm(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return what showed no approach and no recession, with its alarms a minute: every one is false."""
+    rate = 60.0 * pl.col("alarms") / pl.col("seconds")
+    return rows.filter(~pl.col("shown").is_in(["looming", "receding"])).with_columns(rate=rate)
 
 
-def break_point(rows: pl.DataFrame) -> Score | None:
-    """Return the fastest background up to which `REACHED` are right, px a frame: the median over scenes; 0 for none."""
-    reached = [*clustered(_fastest(rows), "level").values()]
-    return Score(float(np.median(reached)), *median_interval(reached), len(reached)) if reached else None
-
-
-def _fastest(rows: pl.DataFrame) -> pl.DataFrame:
-    """Return scene and the fastest background that it allows."""
+def fastest(rows: pl.DataFrame) -> pl.DataFrame:
+    """Return of each scene the fastest background up to which `REACHED` are right, px a frame; 0 for none."""
     means = rows.group_by("cluster", "level").agg(pl.col("right").mean()).sort("cluster", "level")
-    kept = pl.col("right").ge(REACHED).cum_min().over("cluster")
-    return means.with_columns(level=pl.when(kept).then("level").otherwise(0.0)).group_by("cluster").agg(
-        pl.col("level").max()).sort("cluster")  # fmt: skip
+    kept = pl.col("right").ge(REACHED).cum_min().over("cluster") * pl.col("level")
+    return means.with_columns(level=kept).group_by("cluster", maintain_order=True).agg(pl.col("level").max())
 
 
-def contact(rows: pl.DataFrame) -> Score | None:
-    """Return the time to contact at the first spike, s: the median over approaches that have one."""
-    times = rows["contact_s"].drop_nulls().to_list()
-    return Score(float(np.median(times)), *median_interval(times), len(times)) if times else None
-
-
-def _calm(rows: pl.DataFrame) -> pl.DataFrame:
-    """Return what showed no approach and no recession: every alarm is false."""
-    return rows.filter(~pl.col("shown").is_in(["looming", "receding"])).with_columns(
-        rate=60.0 * pl.col("alarms") / pl.col("seconds"))  # fmt: skip
-
-
-ACROSS, ALL = tuple(SIGNED), (*SIGNED, "receding")
 WORDS = {
     "robot": "robot", "gamma": "eye ov7670-gamma", "dim": "a quarter of the light", "pale": "low contrast",
     "noise": "four times the noise", "15-fps": "15 frames/s", "60-fps": "60 frames/s",
 }  # fmt: skip
 MEASURES: Mapping[str, Measure] = {
-    **{f"direction {task}": right(task, words) for task, words in WORDS.items()},
-    "direction turns": right("turns", "own turns"),
-    "direction clutter": right("clutter", "clutter"),
-    "break point": Measure("clutter", DIRECTION, "break point in clutter (px a frame)", break_point,
-                           lambda rows: [clustered(_fastest(rows), "level")]),
-    "flow": Measure("robot", DIRECTION, "correlation of HS with true flow",
-                    lambda rows: of_clusters(_crossings(rows), "flow_r"),
-                    lambda rows: [clustered(_crossings(rows), "flow_r")]),
-    **{f"looming {task}": apart(task, f"all else, {words}", ALL) for task, words in WORDS.items()},
-    "looming translation": apart("looming", "translation, even", ACROSS),
-    "looming recession": apart("looming", "recession, even", ("receding",)),
-    "looming moving translation": apart("moving", "translation, scenes", ACROSS),
-    "looming moving recession": apart("moving", "recession, moving", ("receding",)),
-    "looming moving background": apart("moving", "background", ("background",)),
-    "contact": Measure("looming", LOOMING, "time to contact at the first spike (s)", contact, lambda _: [], 0),
-    "false alarms": Measure("moving", LOOMING, "false alarms (1/min)",
-                            lambda rows: alarm_rate(_by_cluster(_calm(rows))),
-                            lambda rows: [clustered(_calm(rows), "rate")], -1),
+    **{f"direction, {words}": right(task) for task, words in WORDS.items()},
+    "direction, own turns": right("turns"),
+    "direction, clutter": right("clutter"),
+    "break point in clutter (px a frame)": mean("clutter", DIRECTION, "level", of=fastest),
+    "correlation of HS with true flow": mean("robot", DIRECTION, "flow_r", of=crossings),
+    **{f"AUC against all else, {words}": apart(task, *SIGNED, "receding") for task, words in WORDS.items()},
+    "AUC against translation, even": apart("looming", *SIGNED),
+    "AUC against recession, even": apart("looming", "receding"),
+    "AUC against translation, scenes": apart("moving", *SIGNED),
+    "AUC against recession, moving": apart("moving", "receding"),
+    "AUC against background": apart("moving", "background"),
+    "time to contact at the first spike (s)": mean("looming", LOOMING, "contact_s", 0),
+    "false alarms (1/min)": mean("moving", LOOMING, "rate", -1, calm),
 }  # fmt: skip
-"""Name -> measure, but for the gains and costs."""
-GAINS = {"gain direction": "direction robot", "gain looming": "looming robot"}
+"""Name -> measure, but for the gains and costs. AUC: area under the ROC curve of the looming potential's peak."""
+GAINS = {f"gain of {name} over the best control": f"{name}{more}, robot"
+         for name, more in (("direction", ""), ("AUC", " against all else"))}  # fmt: skip
 """Gain over the best control -> the measure whose score it is of."""
 
 
@@ -274,12 +263,12 @@ def summed(rows: pl.DataFrame, channels: Sequence[str]) -> tuple[dict[str, Score
 
 def probe(channels: Sequence[str]) -> dict[str, Any]:
     """Return the scores of made-up rows, to four digits: what they are computed by is frozen with the tasks."""
-    kinds = [*ALL, "looming", "background"]
+    kinds = [*SIGNED, "receding", "looming", "background"]
     rows = []
     for task, control, i in product(TASKS, ("", *CONTROLS), range(96)):
         value = (7919 * (i + 11 * len(task) + 5 * len(control)) % 97) / 97
         rows.append({
-            "task": task, "control": control, "cluster": f"c{i % 8}", "level": BACKGROUND_PX[i // 8 % 6],
+            "task": task, "control": control, "cluster": f"c{i % 8}", "level": float(i // 8 % 6),
             "shown": kinds[i % 7], "right": value < 0.9, "looming": value, "seconds": 2.0, "alarms": i % 3,
             "contact_s": value, "flow_r": value,
         })  # fmt: skip

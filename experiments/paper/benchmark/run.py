@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,9 +21,9 @@ from experiments.judge.tests import Score
 from experiments.kinds.kind import Kind
 from experiments.kinds.result import Run
 from experiments.paper.benchmark.entry import ENTRY, numbers, place, read, shipped, write
-from experiments.paper.benchmark.rows import MEASURES, ROWS, row_of
+from experiments.paper.benchmark.rows import MEASURES, ROWS, row_of, shown_in
 from experiments.paper.benchmark.tasks import NAME, TASKS, plans
-from experiments.settings.models import ConfiguredModel, parse_label
+from experiments.settings.models import ConfiguredModel
 from experiments.settings.settings import watchers
 from experiments.show.timing import time_models
 from experiments.store import provenance
@@ -36,20 +38,10 @@ if TYPE_CHECKING:
 
 BESIDE = "dsnn"
 """The model that others are timed beside."""
-COST, COSTS = "us_99x72", {"us_99x72": (72, 99), "us_320x180": (180, 320)}
-WORDS = {
-    **{name: measure.words for name, measure in MEASURES.items()},
-    "gain direction": "gain of direction over the best control", "gain looming": "gain of AUC over the best control",
-    COST: "µs per frame of 99x72 (logarithmic)",
-}  # fmt: skip
-"""Measure -> its words in tables and figures."""
-HEADLINES = (
-    "direction robot", "direction gamma", "direction turns", "direction clutter", "break point", "flow",
-    "gain direction", "looming robot", "looming translation", "looming recession", "looming moving background",
-    "contact", "false alarms", "gain looming", COST,
-)  # fmt: skip
-"""What the figure of a run shows."""
-CHANCE = {"direction ": 0.25, "looming ": 0.5}
+COST, SHAPE = "µs per frame of 99x72 (logarithmic)", (72, 99)
+VARIANTS = ("dim", "pale", "noise", "15-fps", "60-fps")
+"""Tasks that the figure of a run leaves to its table."""
+CHANCE = {"direction": 0.25, "AUC": 0.5}
 NOTE = "Bars: 95 % intervals, trials clustered by scene or condition."
 
 
@@ -75,17 +67,14 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
             rows += _rows(name, part, out / name, pool)
             machines.append(read_description(out / name))
             _tell_time(plan, name, pool)
-    whole = table(rows, pl.Schema({"model": pl.String, **ROWS}))
+    whole = table(rows, pl.Schema([("model", pl.String), *ROWS.items()]))
     chosen = watchers(plan.asked.models)
-    costs = _costs(chosen, pool)
-    about = {
-        "beacon": plan.asked.option("round", ""),
-        "renderers": sorted({name for one in machines for name in one.get(RENDERERS, {})}),
-        "cpus": sorted({name for one in machines for name in one.get(CPUS, ())}), **provenance.of(),
-    }  # fmt: skip
-    about.pop("files")
+    costs = _costs(chosen)
+    drawn, cpus = ({name for one in machines for name in one.get(key, ())} for key in (RENDERERS, CPUS))
+    about = {"beacon": plan.asked.option("round", ""), "renderers": sorted(drawn), "cpus": sorted(cpus),
+             "versions": provenance.versions(), "source": provenance.source()}  # fmt: skip
     for model in chosen:
-        own = whole.filter(pl.col("model").map_elements(lambda label: parse_label(label).model, str) == model.label)
+        own = whole.filter(model=model.label)
         folder = out if len(chosen) == 1 else out / model.label
         folder.mkdir(exist_ok=True)
         entry = write(folder, model, own, {**about, "cost": costs[model.label]})
@@ -97,14 +86,9 @@ def _rows(name: str, part: Plan[Any], folder: Path, pool: Workers) -> list[dict[
     seeds, task = name.split("/")
     with filled(part, folder, pool) as done:
         if failed := done.failures():
-            raise UsageError(
-                f"{folder}: {failed[0]['model'] or 'a trial'} failed in {len(failed)} trials; see failures.json"
-            )
-        kept = done.table("frames") if part.asked.option("frames") else pl.DataFrame({"trial": [], "model": []})
-        frames = kept.partition_by("trial", "model", as_dict=True)
-        return [{"model": row["model"], **row_of(seeds, task, row, part.trials[row["trial"]],
-                                                 frames.get((row["trial"], row["model"])))}
-                for row in done.table("trials").iter_rows(named=True)]  # fmt: skip
+            which = failed[0]["model"] or "a trial"
+            raise UsageError(f"{folder}: {which} failed in {len(failed)} trials, an entry has all: see failures.json")
+        return [row_of(seeds, task, *one) for one in shown_in(part, done)]
 
 
 def _tell_time(plan: Plan[Any], name: str, pool: Workers) -> None:
@@ -116,29 +100,20 @@ def _tell_time(plan: Plan[Any], name: str, pool: Workers) -> None:
         error_console.print(f"benchmark: {done} of {len(prices)} tasks, about {left:.1f} min left")
 
 
-def _costs(chosen: Sequence[ConfiguredModel], pool: Workers) -> dict[str, dict[str, Any]]:
+def _costs(chosen: Sequence[ConfiguredModel]) -> dict[str, dict[str, Any]]:
     """Return what models cost: microseconds a frame, how many times those of `BESIDE`, and bytes of state."""
-    if not pool.quiet:
-        error_console.print(f"timing: {', '.join(COSTS)}, beside {BESIDE}, in turns, one thread")
     others = {model.label: model for model in (*watchers((BESIDE,)), *chosen)}
-    found: dict[str, dict[str, Any]] = {model.label: {"state_bytes": _state_bytes(model)} for model in chosen}
-    for name, shape in COSTS.items():
-        taken = time_models([*others.values()], shape)
-        for label, cost in found.items():
-            for more, values in ((name, taken[label]), (f"{name}_beside", np.divide(taken[label], taken[BESIDE]))):
-                cost[more] = numbers(Score(float(np.median(values)), *median_interval(values), len(values)))
+    taken, found = time_models([*others.values()], SHAPE), {}
+    for model in chosen:
+        state = None
+        with contextlib.suppress(AttributeError, ValueError):  # a model without get_state, or with what is not saved
+            built: Any = model.build(SHAPE)
+            state = len(built.get_state())
+        times = {COST: taken[model.label], "beside": np.divide(taken[model.label], taken[BESIDE])}
+        costs = {name: numbers(Score(float(np.median(us)), *median_interval([*us]), len(us)))
+                 for name, us in times.items()}  # fmt: skip
+        found[model.label] = {**costs, "state_bytes": state}
     return found
-
-
-def _state_bytes(model: ConfiguredModel) -> int | None:
-    """Return the size of a model's state after two frames; ``None`` where it has no ``get_state``."""
-    built = model.build(COSTS[COST])
-    for grey in (0, 255):
-        built.step(np.full(COSTS[COST], grey, np.uint8))
-    try:
-        return len(built.get_state())
-    except (AttributeError, ValueError):  # of an attribute that cannot be saved
-        return None
 
 
 # Reading it.
@@ -146,7 +121,7 @@ def _state_bytes(model: ConfiguredModel) -> int | None:
 
 def score_of(entry: Mapping[str, Any], name: str, seeds: str = "public") -> list[float | None] | None:
     """Return value, interval and n of a measure or of a cost; ``None`` where it does not apply, or had no response."""
-    found: list[float | None] | None = (entry["cost"] if name in COSTS else entry[seeds]["scores"]).get(name)
+    found: list[float | None] | None = ({COST: entry["cost"][COST]} | entry["scores"][seeds]).get(name)
     return found
 
 
@@ -162,24 +137,19 @@ def board(entries: Iterable[Mapping[str, Any]], names: Iterable[str]) -> pl.Data
 
 
 def lines_of(entry: Mapping[str, Any]) -> list[dict[str, str]]:
-    """Return the table of an entry: each measure with its score, its place, and in a round that score and the gap."""
-    others, rows = shipped(), []
-    for name, words in WORDS.items():
-        applies = name in entry["public"]["scores"] or name in COSTS
-        row = {"measure": words, "score": _text(score_of(entry, name)) if applies else "does not apply",
-               "place": place(entry, others, name) if applies else ""}  # fmt: skip
-        if "round" in entry:
-            row |= {"round": _text(score_of(entry, name, "round")) if applies and name not in COSTS else "",
-                    "public less round": _text(entry["gap"].get(name)) if name in entry["gap"] else ""}  # fmt: skip
-        rows.append(row)
+    """Return the table of an entry: each measure that applies with its score, its place, and what a round gave."""
+    others, rows, rounds = shipped(), [], [seeds for seeds in entry["scores"] if seeds != "public"]
+    for name in (*entry["scores"]["public"], COST):
+        more = {seeds: _text(score_of(entry, name, seeds)) if name != COST else "" for seeds in rounds}
+        rows.append(
+            {"measure": name, "score": _text(score_of(entry, name)), "place": place(entry, others, name), **more}
+        )
     return rows
 
 
 def _text(values: Sequence[float | None] | None) -> str:
-    if values is None:
-        return "no response"
-    value, low, high = (float("nan") if number is None else number for number in values[:3])
-    return str(Score(value, low, high, 0))
+    value, low, high = (math.nan if number is None else number for number in (values or [None] * 3)[:3])
+    return str(Score(value, low, high, 0)) if values else "-"
 
 
 def _write_page(folder: Path, entry: Mapping[str, Any]) -> None:
@@ -187,15 +157,14 @@ def _write_page(folder: Path, entry: Mapping[str, Any]) -> None:
     from experiments.draw import style  # not before: workers do without matplotlib
 
     style.save(_figure(entry), folder / "figure")
-    rows = lines_of(entry)
+    rows, state = lines_of(entry), entry["cost"]["state_bytes"]
     lines = [f"| {' | '.join(row.values())} |" for row in ({name: name for name in rows[0]}, *rows)]
     lines.insert(1, "|---" * len(rows[0]) + "|")
-    cost = entry["cost"]
-    state = "unknown" if cost["state_bytes"] is None else f"{cost['state_bytes']:,} bytes"
+    kept = "" if state is None else f" Its state has {state:,} bytes."
     text = (
         f"# {entry['model']} in {NAME}", "![Scores beside those of the models that ship](figure.png)", "\n".join(lines),
-        f"A frame of 99x72 takes {_text(cost['us_99x72_beside'])} times as long as the DSNN's; its state has {state}.",
-        "Check it with `colias benchmark --verify FOLDER`, which runs this model's code with your rights.",
+        f"A frame takes {_text(entry['cost']['beside'])} times as long as the DSNN's.{kept}",
+        "`colias benchmark --verify FOLDER` checks it, and runs this model's code with your rights.",
     )  # fmt: skip
     Files(folder).write_text("README.md", "\n\n".join(text) + "\n")
 
@@ -204,11 +173,10 @@ def _figure(entry: Mapping[str, Any]) -> Figure:
     from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
 
     others = [other for other in shipped() if other["model"] != entry["model"]]
-    names = [name for name in HEADLINES if score_of(entry, name)]
-    labels = {name: WORDS[name] for name in names}
-    return scoreboard.draw(
-        board((entry, *others), names), labels, CHANCE, f"{entry['model']} and the models that ship", NOTE
-    )
+    names = [name for name in (*entry["scores"]["public"], COST) if score_of(entry, name)
+             and (name not in MEASURES or MEASURES[name].task not in VARIANTS)]  # fmt: skip
+    title = f"{entry['model']} and the models that ship"
+    return scoreboard.draw(board((entry, *others), names), {name: name for name in names}, CHANCE, title, NOTE)
 
 
 def _entries(run: Run) -> list[Path]:
@@ -227,11 +195,12 @@ def show(run: Run) -> None:
     """Print the table of each entry, and where everything is."""
     for folder in _entries(run):
         entry = read(folder)
+        others = [name for name in MEASURES if name not in entry["scores"]["public"]]
         console.show(pl.DataFrame(lines_of(entry)), f"{entry['model']} in {NAME}")
-        out_console.print(
-            "Place: among the models that ship; an order is stated where its paired 95 % interval says so."
-        )
-        show_files(folder, f"{sum(len(plan.trials) for plan in plans((entry['text'],)).values())} trials")
+        out_console.print("Place: among the models that ship, as far as paired 95 % intervals tell them apart.")
+        if others:
+            out_console.print(f"Does not apply: {'; '.join(others)}.")
+        show_files(folder, f"{entry['trials']} trials")
 
 
 KIND = Kind(plan, work, draw, show, renders=None, summary=ENTRY, whole=True)
