@@ -20,7 +20,7 @@ from experiments.base.streams import stream
 from experiments.base.user_code import digests, is_own, sha256
 from experiments.declare.checks import MARGIN
 from experiments.judge.tests import Score
-from experiments.paper.benchmark.rows import MEASURES, ROWS, Sides, difference, probe, row_of, summed
+from experiments.paper.benchmark.rows import MEASURES, ROWS, Sides, difference, row_of, summed
 from experiments.paper.benchmark.tasks import NAME, digest_of, document, plans
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_model
 from experiments.store.plan import Plan
@@ -42,8 +42,8 @@ SHIPPED = Path(__file__).parent / "entries"
 
 @cache
 def digest(channels: tuple[str, ...]) -> str:
-    """Return the digest of the tasks for a model with some channels: their scenes, measures and margins."""
-    return digest_of(document(channels), probe(channels), MARGINS, FLIPPED)
+    """Return the digest of the tasks for a model with some channels: what is shown, in which scenes, and the margins."""
+    return digest_of(document(channels), MARGINS, FLIPPED)
 
 
 def numbers(score: Score | None) -> list[float | None] | None:

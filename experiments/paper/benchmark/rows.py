@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,11 @@ from dsnn.stimuli.looming import Looming
 from experiments.judge.judge import SIGNED
 from experiments.judge.roc import alarm_count, area, share
 from experiments.judge.tests import Score, first_alarm_s, summarise
-from experiments.paper.benchmark.tasks import CONTROLS, DIRECTION, LOOMING, TASKS
+from experiments.paper.benchmark.tasks import CONTROLS, DIRECTION, LOOMING
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import parse_label
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan
-from experiments.store.tables import table
 
 RESPONSES = pl.Schema({
     "model": pl.String, "condition": pl.String, "shown": pl.String, "right": pl.Boolean, "strength": pl.Float64,
@@ -259,19 +257,3 @@ def summed(rows: pl.DataFrame, channels: Sequence[str]) -> tuple[dict[str, Score
             best = max(others, key=lambda table: getattr(measure.score(table), "value", -1.0), default=None)
             scores[gain] = difference(marks[name], measure.sides(best)) if best is not None else None
     return scores, marks
-
-
-def probe(channels: Sequence[str]) -> dict[str, Any]:
-    """Return the scores of made-up rows, to four digits: what they are computed by is frozen with the tasks."""
-    kinds = [*SIGNED, "receding", "looming", "background"]
-    rows = []
-    for task, control, i in product(TASKS, ("", *CONTROLS), range(96)):
-        value = (7919 * (i + 11 * len(task) + 5 * len(control)) % 97) / 97
-        rows.append({
-            "task": task, "control": control, "cluster": f"c{i % 8}", "level": float(i // 8 % 6),
-            "shown": kinds[i % 7], "right": value < 0.9, "looming": value, "seconds": 2.0, "alarms": i % 3,
-            "contact_s": value, "flow_r": value,
-        })  # fmt: skip
-    scores, _ = summed(table(rows, ROWS), channels)
-    return {name: score and [f"{value:.4g}" for value in (score.value, score.low, score.high)]
-            for name, score in scores.items()}  # fmt: skip

@@ -140,14 +140,15 @@ def lines_of(entry: Mapping[str, Any]) -> list[dict[str, str]]:
     """Return the table of an entry: each measure that applies with its score, its place, and what a round gave."""
     others, rows, rounds = shipped(), [], [seeds for seeds in entry["scores"] if seeds != "public"]
     for name in (*entry["scores"]["public"], COST):
-        more = {seeds: _text(score_of(entry, name, seeds)) if name != COST else "" for seeds in rounds}
+        more = {seeds: text_of(score_of(entry, name, seeds)) if name != COST else "" for seeds in rounds}
         rows.append(
-            {"measure": name, "score": _text(score_of(entry, name)), "place": place(entry, others, name), **more}
+            {"measure": name, "score": text_of(score_of(entry, name)), "place": place(entry, others, name), **more}
         )
     return rows
 
 
-def _text(values: Sequence[float | None] | None) -> str:
+def text_of(values: Sequence[float | None] | None) -> str:
+    """Return a score and its interval for people; a dash where there was no response."""
     value, low, high = (math.nan if number is None else number for number in (values or [None] * 3)[:3])
     return str(Score(value, low, high, 0)) if values else "-"
 
@@ -163,10 +164,10 @@ def _write_page(folder: Path, entry: Mapping[str, Any]) -> None:
     kept = "" if state is None else f" Its state has {state:,} bytes."
     text = (
         f"# {entry['model']} in {NAME}", "![Scores beside those of the models that ship](figure.png)", "\n".join(lines),
-        f"A frame takes {_text(entry['cost']['beside'])} times as long as the DSNN's.{kept}",
+        f"A frame takes {text_of(entry['cost']['beside'])} times as long as the DSNN's.{kept}",
         "`colias benchmark --verify FOLDER` checks it, and runs this model's code with your rights.",
     )  # fmt: skip
-    Files(folder).write_text("README.md", "\n\n".join(text) + "\n")
+    Files(folder).writetext_of("README.md", "\n\n".join(text) + "\n")
 
 
 def _figure(entry: Mapping[str, Any]) -> Figure:

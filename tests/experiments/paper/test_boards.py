@@ -1,7 +1,6 @@
 """The leaderboard: scores of generated tables, the golden tests of stimuli, and a board with a user's own model."""
 
 import dataclasses
-import re
 
 import numpy as np
 import polars as pl
@@ -11,11 +10,11 @@ from dsnn import MODELS
 from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.experiment import Translation
-from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
 from experiments.kinds.kind import perform
 from experiments.paper import boards as board
-from experiments.paper.boards import DIRECTION, LOOMING, RESPONSES
+from experiments.paper.benchmark.rows import RESPONSES, response
+from experiments.paper.boards import DIRECTION, LOOMING
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import choose
 from experiments.show.clips import ClipTrial
@@ -71,7 +70,7 @@ def test_alarms_and_seconds_of_a_clip_are_by_its_own_frame_rate():
     row = {**extremes(), "model": "m", "experiment": "looming", "stimulus": "looming", "object": None, "fps": 100.0,
            "motion": "looming", "hs_spikes": None, "vs_spikes": None, "looming_spikes": 2, "peak_looming": 0.8,
            "frames": len(clip)}  # fmt: skip
-    found = board.response(row, trial, pl.DataFrame({"looming_spikes": spikes}))
+    found = response(row, trial, pl.DataFrame({"looming_spikes": spikes}))
     assert (found["alarms"], found["seconds"], found["shown"]) == (1, len(clip) / 100, "looming")
     assert found["contact_s"] == pytest.approx(clip[-60].truth.time_to_contact_s)
 
@@ -120,69 +119,30 @@ def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypat
     assert second["us_99x72_low"] is second["false_alarms"] is None, "one round has no interval"
 
 
-def test_the_gain_is_the_score_over_that_of_the_best_control_but_for_mirror_and_shuffle():
-    rights = {"m": 4, "m~frozen": 1, "m~absent": 0, "m~reversed": 2, "m~mirrored": 3, "m~shuffled": 3, "alone": 4}
-    shown = table(*({"shown": way, "right": i < count, "strength": 1.0, "model": name}
-                    for name, count in rights.items() for i, way in enumerate(SIGNED)))  # fmt: skip
-    models = [dataclasses.replace(choose("emd"), label=name) for name in ("m", "alone")]
-    (ranked,) = board.rank({DIRECTION: models}, {"robot": shown, DIRECTION: shown}, {}).values()
-    assert dict(ranked.select("model", "gain").rows()) == {"m": 0.5, "alone": None}
-    assert "gain" in board.measures(ranked)
-
-
 def test_each_model_stands_on_the_boards_of_its_channels():
-    parts = board.parts_of(planned(*MODELS))
-    boards = {part: {model.label for model in parts[part][0].models} for part in (DIRECTION, LOOMING)}
+    parts = board.plan(Asked(kind="leaderboard", models=(*MODELS,), only=True, repeats=1)).parts
+    boards = {part: {model.label for model in parts[f"{part}-even"].models} for part in (DIRECTION, LOOMING)}
     assert boards[DIRECTION] & boards[LOOMING] == {"hybrid"}
     assert boards[LOOMING] == {name for name in MODELS if "looming" in MODELS[name].channels}
     assert boards[DIRECTION] | boards[LOOMING] == set(MODELS)
 
 
-def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_model():
-    """Every measure is lacking in one of three models, whose row stays blank there and keeps its place."""
-    columns = {"model": ["first", "second", "third"]}
-    for place, name in enumerate(board.LABELS):
-        values = [None if (row + place) % 3 == 0 else 0.1 + 0.2 * row + 0.01 * place for row in range(3)]
-        for end, far in (("", 0.0), ("_low", -0.03), ("_high", 0.05)):
-            columns[name + end] = [value and value + far for value in values]
-        columns[f"{name}_n"] = [value and 5 + row for row, value in enumerate(values)]
-    given = pl.DataFrame(columns)
-    figure = scoreboard.draw(given, board.LABELS, board.CHANCE, "", "")
-    rows = {tick.get_position()[1]: tick.get_text() for tick in figure.axes[0].get_yticklabels()}
-    drawn = {" ".join(axes.get_title("left").split()[1:]): axes for axes in figure.axes if axes.lines}
-    assert drawn.keys() == set(board.LABELS.values())
-    numbers = re.findall(r"=(\d)\sto\s(\d)", figure._supxlabel.get_text())
-    assert numbers == [(f"{given[f'{name}_n'].min()}", f"{given[f'{name}_n'].max()}") for name in board.LABELS]
-    for name, label in board.LABELS.items():
-        (dots,) = [line for line in drawn[label].lines if line.get_marker() == "o"]
-        (whiskers,) = drawn[label].collections
-        chance = {line.get_xdata()[0] for line in drawn[label].lines if line.get_linestyle() == ":"}
-        assert chance == {"direction": {0.25}, "auc": {0.5}}.get(name.partition("_")[0], set())
-        known = given.select("model", name, f"{name}_low", f"{name}_high").drop_nulls().rows()
-        assert [rows[y] for y in dots.get_ydata()] == [model for model, *_ in known], name
-        ends = [segment[:, 0] for segment in whiskers.get_segments()]
-        np.testing.assert_allclose(np.column_stack([dots.get_xdata(), ends]), [one[1:] for one in known], err_msg=name)
-
-
 @pytest.fixture
 def few(monkeypatch):
     """A board of two robot trials and a few clips, without timing."""
-    whole = board.clip_experiments
+    whole = board.tasks_of
 
-    def some(kind, models):
-        return tuple(dataclasses.replace(part, clips=part.clips[::15]) for part in whole(kind, models))
+    def some(file):
+        for name, task in whole(file).items():
+            kept = (
+                {"design": Translation((10.0,), (6.0,), "both")}
+                if name == "robot"
+                else {"clips": task.declared.clips[::15]}
+            )
+            yield name, dataclasses.replace(task, declared=dataclasses.replace(task.declared, **kept))
 
-    robot = dataclasses.replace(board.ROBOT, design=Translation((10.0,), (6.0,), "both"))
-    monkeypatch.setattr(board, "ROBOT", robot)
-    monkeypatch.setattr(board, "clip_experiments", some)
+    monkeypatch.setattr(board, "tasks_of", lambda file: dict(some(file)))
     monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
-
-
-def test_a_board_with_controls_ranks_the_same_models_and_has_their_gain(tmp_path, few):
-    asked = Asked(kind="leaderboard", models=("emd",), only=True, repeats=1, options={"controls": True})
-    run = perform(board.plan(asked), tmp_path / "out", Workers(0, quiet=True))
-    (row,) = board.tables(run)[DIRECTION].to_dicts()
-    assert row["model"] == "emd" and 0.5 < row["gain"] <= 1.0
 
 
 def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
