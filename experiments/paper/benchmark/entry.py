@@ -42,7 +42,7 @@ SHIPPED = Path(__file__).parent / "entries"
 
 @cache
 def digest(channels: tuple[str, ...]) -> str:
-    """Return the digest of the tasks for a model with some channels: what is shown, in which scenes, and the margins."""
+    """Return the digest of the tasks for a model with some channels: what is shown, in which scenes, and margins."""
     return digest_of(document(channels), MARGINS, FLIPPED)
 
 

@@ -167,7 +167,7 @@ def _write_page(folder: Path, entry: Mapping[str, Any]) -> None:
         f"A frame takes {text_of(entry['cost']['beside'])} times as long as the DSNN's.{kept}",
         "`colias benchmark --verify FOLDER` checks it, and runs this model's code with your rights.",
     )  # fmt: skip
-    Files(folder).writetext_of("README.md", "\n\n".join(text) + "\n")
+    Files(folder).write_text("README.md", "\n\n".join(text) + "\n")
 
 
 def _figure(entry: Mapping[str, Any]) -> Figure:

@@ -71,7 +71,8 @@ def scores_of_made_up_rows():
         value = (7919 * (i + 11 * len(task) + 5 * len(control)) % 97) / 97
         made.append({
             "task": task, "control": control, "cluster": f"c{i % 8}", "level": float(i // 8 % 6), "shown": kinds[i % 7],
-            "right": value < 0.9, "looming": value, "seconds": 2.0, "alarms": i % 3, "contact_s": value, "flow_r": value,
+            "right": value < 0.9, "seconds": 2.0, "alarms": i % 3, "looming": value, "contact_s": value,
+            "flow_r": value,
         })  # fmt: skip
     scores, _ = summed(table(made, ROWS), BOTH)
     return {
