@@ -29,7 +29,7 @@ def write(folder: Path) -> None:
             text = f"Scores of each model in the task {task}"
             parts += [
                 f"## {task}\n\n{markdown.sentence(summary)}\n",
-                markdown.table(("model", *names, "command"), rows),
+                markdown.table(("model and command", *names), rows),
                 markdown.picture(f"{task}.png", text, "The scores of the table."),
             ]
     markdown.write(
@@ -55,4 +55,4 @@ def _row(entry: Mapping[str, Any], entries: Sequence[Mapping[str, Any]], names: 
         applies = name in entry["scores"]["public"] or name == COST
         stands = place(entry, entries, name)
         cells.append(f"{text_of(score_of(entry, name))}{stands and f'; {stands}'}" if applies else "")
-    return [title_of(entry), *cells, f"`colias benchmark {entry['text']}`"]
+    return [f"{title_of(entry)}<br>`colias benchmark {entry['text']}`", *cells]

@@ -55,8 +55,7 @@ class Task:
 
     def plan(self, models: Sequence[str], seed: int, repeats: int | None = None) -> Plan[Any]:
         """Return the plan of its trials, shown to the models."""
-        on_robot = self.declared.kind == "trials"
-        kept = {"recordings": False, "frames": not on_robot, **self.options}
+        kept = {"recordings": False, "frames": hasattr(self.declared, "clips"), **self.options}
         asked = Asked(kind=self.declared.kind, declared=self.declared, models=tuple(models), only=True,
                       values=self.values, repeats=repeats, seed=seed, options=kept)  # fmt: skip
         return planned(asked)
