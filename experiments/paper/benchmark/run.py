@@ -167,6 +167,7 @@ def _write_page(folder: Path, entry: Mapping[str, Any]) -> None:
         f"A frame takes {text_of(entry['cost']['beside'])} times as long as the DSNN's.{kept}",
         "`colias benchmark --verify FOLDER` checks it, and runs this model's code with your rights.",
     )  # fmt: skip
+    Files(folder).write_rows("scores.csv", rows)
     Files(folder).write_text("README.md", "\n\n".join(text) + "\n")
 
 
@@ -204,4 +205,4 @@ def show(run: Run) -> None:
         show_files(folder, f"{entry['trials']} trials")
 
 
-KIND = Kind(plan, work, draw, show, renders=None, summary=ENTRY, whole=True)
+KIND = Kind(plan, work, draw, show, renders=None, summary="scores.csv", whole=True)
