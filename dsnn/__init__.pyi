@@ -44,12 +44,18 @@ from .registry import ModelEntry as ModelEntry
 from .registry import model_entry as model_entry
 from .responses import ResponseError as ResponseError
 from .responses import checked_response as checked_response
+from .small_target.dstmd import DSTMD as DSTMD
+from .small_target.dstmd import DSTMDParams as DSTMDParams
+from .small_target.estmd import ESTMD as ESTMD
+from .small_target.estmd import ESTMDParams as ESTMDParams
 from .video import read_video as read_video
 
 __all__ = [
     "CHANNELS",
     "DSNN",
+    "DSTMD",
     "EMD",
+    "ESTMD",
     "LGMD1",
     "LGMD2",
     "LPLC2",
@@ -61,9 +67,11 @@ __all__ = [
     "SILGMD2",
     "T4T5",
     "DSNNParams",
+    "DSTMDParams",
     "EMDNormalised",
     "EMDNormalisedParams",
     "EMDParams",
+    "ESTMDParams",
     "Flow",
     "FlowParams",
     "FrameError",

@@ -20,7 +20,7 @@ from dsnn.snapshot import PARTS, Kind, pack, put, take, unpack
 FloatMap = npt.NDArray[np.floating]
 P = TypeVar("P")
 
-CHANNELS = ("hs", "vs", "looming", "azimuth")
+CHANNELS = ("hs", "vs", "looming", "azimuth", "target", "elevation", "target_direction")
 """The potentials and positions that a model may return: fields of `Response`."""
 SPIKING = ("hs", "vs", "looming")
 """The channels with spikes. The first one that a model declares gives a trial's spikes."""
@@ -88,6 +88,13 @@ class Response:
         Spikes of the looming detector in this frame, 0 or more.
     azimuth
         Position of the motion in the view, from -1 at the left edge to 1 at the right.
+    target
+        Strength of the response to a small target, 0 or more, in a unit that the model documents. ``azimuth`` and
+        ``elevation`` say where it is.
+    elevation
+        Position of a small target in the view, from -1 at the upper edge to 1 at the lower.
+    target_direction
+        Direction of a small target in degrees, from -180 to 180: 0 rightward, 90 downward.
 
     Examples
     --------
@@ -105,6 +112,9 @@ class Response:
     looming: float = 0.0
     looming_spikes: int = 0
     azimuth: float = 0.0
+    target: float = 0.0
+    elevation: float = 0.0
+    target_direction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +133,8 @@ class ResponseSeries:
         Spikes of the looming detector in each frame, (T,).
     azimuth
         Position of the motion, (T,), from -1 at the left edge to 1 at the right.
+    target, elevation, target_direction
+        Strength, position and direction of a small target, (T,); see `Response`.
     time_s
         Time of each frame, (T,), in s, from the video; otherwise frames are 1/30 s apart.
 
@@ -141,6 +153,9 @@ class ResponseSeries:
     looming: npt.NDArray[np.float64]
     looming_spikes: npt.NDArray[np.int64]
     azimuth: npt.NDArray[np.float64]
+    target: npt.NDArray[np.float64]
+    elevation: npt.NDArray[np.float64]
+    target_direction: npt.NDArray[np.float64]
     time_s: npt.NDArray[np.float64]
 
     def accumulated_spikes(self, channel: str) -> int:

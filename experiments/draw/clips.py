@@ -160,7 +160,8 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     models, clips = style.levels(trials, "model"), style.levels(trials, "clip")
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
-    values = pl.col(*palette.CHANNELS)
+    hues = {**palette.CHANNELS, "target": palette.INK}
+    values = pl.col(*hues)
     ends = [getattr(values, end)().name.suffix(f"_{end}") for end in ("mean", "min", "max")]
     cells = style.by(table, "model", "clip", "time").agg(ends)
     most = min({1: 6, 2: 8, 3: 8}.get(len(models), ACROSS), len(clips))
@@ -172,7 +173,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
         axes.set_visible(False)
     for row, model in enumerate(models):
         of_model, level = cells.filter(model=model), thresholds.get(model)
-        shown = [name for name in palette.CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
+        shown = [name for name in hues if of_model[f"{name}_mean"].abs().max()] or ["hs"]
         for place, clip in enumerate(clips):
             axes = panels[place // across * len(models) + row, place % across]
             axes.set_visible(True)
@@ -182,7 +183,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             style.threshold(axes, level, signed=shown != ["looming"], named=False)
             cell = of_model.filter(clip=clip)
             for name in shown if len(cell) else ():
-                label, colour = palette.TITLES[name], palette.CHANNELS[name]
+                label, colour = palette.TITLES.get(name, name), hues[name]
                 axes.plot(cell["time"], cell[f"{name}_mean"], color=colour, label=label)
                 axes.fill_between(cell["time"], cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
             if row == 0:

@@ -81,7 +81,7 @@ def show_silent(rows: Iterable[Mapping[str, Any]]) -> None:
     for row in rows:
         by_model.setdefault(row["model"], []).append(row)
     for model, seen in sorted(by_model.items()):
-        if not any(row[end] for row in seen for end in PEAKS):
+        if not any(row.get(end) for row in seen for end in (*PEAKS, "peak_target")):
             greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
             range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
             console.out_console.print(f"{model} is silent: all its potentials are 0{range_of}")

@@ -43,7 +43,7 @@ class ConfiguredModel:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
+        """The channels it declares: of `dsnn.CHANNELS`."""
         return self.declared.channels
 
     @property

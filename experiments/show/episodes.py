@@ -89,7 +89,7 @@ def response(observation: npt.NDArray[np.float32], channels: Sequence[str] = CHA
     values = dict(zip(NEURAL, observation.tolist(), strict=True))
     values |= {name: int(value) for name, value in values.items() if name.endswith("_spikes")}
     spikes = (f"{channel}_spikes" for channel in channels if channel in SPIKING)
-    return SimpleNamespace(maps=None, **{name: values[name] for name in (*channels, *spikes)})
+    return SimpleNamespace(maps=None, **{name: values[name] for name in (*channels, *spikes) if name in values})
 
 
 def wheels(policy: Policy, seen: Any) -> npt.NDArray[np.float32]:

@@ -32,7 +32,8 @@ PEAKS: Mapping[str, type] = dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "t
 FRAME: Mapping[str, type] = {"trial": int, "model": str, "frame": int}
 """The columns that every row of a ``frames.parquet`` begins with; frames are numbered from 0 up."""
 RESPONSES: Mapping[str, type] = {"hs": float, "vs": float, "hs_spikes": int, "vs_spikes": int, "looming": float,
-                                 "looming_spikes": int, "azimuth": float}  # fmt: skip
+                                 "looming_spikes": int, "azimuth": float, "target": float,
+                                 "elevation": float, "target_direction": float}  # fmt: skip
 """A `dsnn.ResponseSeries` at one frame."""
 
 

@@ -33,6 +33,7 @@ GAP = "public less round"
 KEY = ("seeds", "task", "trial", "control")
 MARGINS = {
     "strength": MARGIN["potential"], "looming": MARGIN["potential"], "alarms": 1.0, "contact_s": 0.1, "flow_r": 0.02,
+    "on_target": 0.05,
 }  # fmt: skip
 """Column -> difference that another renderer or CPU explains; shares of its value as large are explained too."""
 FLIPPED = 0.05

@@ -70,7 +70,7 @@ def response(row: Mapping[str, Any], trial: Any, frames: pl.DataFrame | None) ->
 
 KEPT: Mapping[str, type] = {
     "seeds": str, "task": str, "trial": int, "seed": int, "control": str, "cluster": str, "level": float,
-    "flow_r": float,
+    "flow_r": float, "on_target": float,
 }  # fmt: skip
 ROWS = pl.Schema([*pl.Schema(KEPT).items(), *(one for one in RESPONSES.items() if one[0] != "model")])
 """Columns of an entry's ``trials.parquet``. ``control`` is empty where the trial was shown as it was. ``cluster`` is
@@ -97,12 +97,13 @@ def row_of(seeds: str, task: str, row: Mapping[str, Any], trial: Any, frames: pl
     ``seeds`` is ``public`` or ``round``.
     """
     found, label = response(row, trial, frames), parse_label(row["model"])
-    cluttered = row.get("stimulus") == "cluttered"
+    cluttered = row.get("stimulus") in ("cluttered", "target")
     return {
         **found, "model": label.model, "seeds": seeds, "task": task, "trial": row["trial"], "seed": row["seed"],
         "control": label.control,
         "cluster": f"scene {row['repeat']}" if cluttered else found["condition"],
         "level": abs(row["background_speed"]) / row["fps"] if cluttered else None, "flow_r": row.get("true_hs_flow_r"),
+        "on_target": row.get("on_target"),
     }  # fmt: skip
 
 
@@ -200,6 +201,7 @@ MEASURES: Mapping[str, Measure] = {
     "AUC against recession, moving": apart("moving", "receding"),
     "AUC against background": apart("moving", "background"),
     "time to contact at the first spike (s)": mean("looming", LOOMING, "contact_s", 0),
+    "small targets, share of frames": mean("target", ("target",), "on_target"),
     "false alarms (1/min)": mean("moving", LOOMING, "rate", -1, calm),
 }  # fmt: skip
 """Name -> measure, but for the gains and costs. AUC: area under the ROC curve of the looming potential's peak."""

@@ -60,10 +60,20 @@ def _panning() -> tuple[Clip, ...]:
     return tuple(Clip(f"panning {scene}", "cluttered", (("background", scene), *shared)) for scene in PANNING)
 
 
+def _targets(group: str, *changes: tuple[str, Any], fps: float = 1000.0, **over: Iterable[Any]) -> tuple[Clip, ...]:
+    """Small targets on an even ground, or before a scene: a clip for each value of one parameter."""
+    ((name, values),) = over.items()
+    shared = (("fps", fps), ("duration_s", 0.4), *TARGET, *changes)
+    return tuple(Clip(f"{group} {value}", "target", dict((*shared, (name, value)))) for value in values)
+
+
 def _reverse_phi() -> tuple[Clip, ...]:
     return tuple(Clip(f"reverse-phi {way}", "reverse-phi", (*FRAME, ("motion", way))) for way in DIRECTIONS)
 
 
+TARGET = (("background", "even"), ("background_speed", 0.0), ("speed", 200.0))
+SMALL_PX, TALL_PX, FAST = (3.0, 5.0), (12.0, 15.0), ("speed", 150.0)
+"""Heights of targets; the speed of those at 30 frames/s, which go on by their width in a frame."""
 RECEDING = ("motion", "receding")
 GROUPS: Mapping[str, tuple[Clip, ...]] = MappingProxyType(
     {
@@ -80,6 +90,18 @@ GROUPS: Mapping[str, tuple[Clip, ...]] = MappingProxyType(
         "grating-alone": _looming("grating-alone", *BEHIND, ("object", "absent")),
         "panning-scenes": _panning(),
         "reverse-phi": _reverse_phi(),
+        "small-targets": _targets("small target", height=SMALL_PX),
+        "tall-targets": _targets("tall target", height=TALL_PX),
+        "low-targets": _targets("low target", height=(1.0,)),
+        "timely-targets": _targets("timely target", speed=(100.0, 200.0, 300.0)),
+        "untimely-targets": _targets("untimely target", speed=(20.0, 1500.0)),
+        "dark-targets": _targets("dark target", ("background_grey", 200.0), grey=(0.0,)),
+        "light-targets": _targets("light target", ("background_grey", 55.0), grey=(255.0,)),
+        "targets-in-clutter": _targets(
+            "target before", ("background_speed", 100.0), ("speed", 150.0), background=PANNING
+        ),
+        "small-targets-30": _targets("small target at 30 Hz", FAST, fps=30.0, height=SMALL_PX),
+        "tall-targets-30": _targets("tall target at 30 Hz", FAST, fps=30.0, height=TALL_PX),
         "looming-100": _looming("looming-100", ("fps", 100.0), *DARK),
     }
 )

@@ -29,11 +29,13 @@ Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed"]
 - ``way``: the strongest potential has the system and the sign of the motion, in at least that share of the clips.
 - ``reversed``: it has the system of the motion and the other sign, in at least that share of the clips.
 """
-Measure = Literal["spikes", "peak", "way"]
-"""A clip's number of spikes; how far the looming potential rises above rest; the largest |HS| or |VS|."""
+Measure = Literal["spikes", "peak", "way", "peak_target", "on_target"]
+"""A clip's number of spikes; how far the looming potential rises above rest; the largest |HS| or |VS|; the strongest
+response to a small target; the share of the frames with a target in which that response is within 5 px of it."""
 REST = 0.5
 """Potential of a looming detector at rest."""
-UNITS: Mapping[Measure, str] = {"spikes": "spikes", "peak": "above rest", "way": "of |HS|, |VS|"}
+UNITS: Mapping[Measure, str] = {"spikes": "spikes", "peak": "above rest", "way": "of |HS|, |VS|",
+                                 "peak_target": "at most", "on_target": "of its frames on the target"}  # fmt: skip
 OPPOSITE = {"rightward": "leftward", "leftward": "rightward", "downward": "upward", "upward": "downward"}
 Groups = tuple[str, ...]
 """Names of `model_clips.GROUPS`."""
@@ -65,6 +67,8 @@ def claim_on_clips(
             return float(row["spikes"])
         if measure == "peak":
             return float(row["peak_looming"]) - REST
+        if measure in ("peak_target", "on_target"):
+            return float(row[measure])
         return max(sign * float(row[column]) for column, sign in SIGNED.values())
 
     def text(row: Row) -> str:
@@ -123,7 +127,7 @@ def _unless_silent(outcome: Outcome, responses: Iterable[float]) -> Outcome:
 
 
 LOOMING, LIGHT, RECEDING = ("dark-looming",), ("light-looming",), ("dark-receding", "light-receding")
-ACROSS, GRATINGS = ("translating",), ("gratings",)
+ACROSS, GRATINGS, TIMELY = ("translating",), ("gratings",), ("timely-targets",)
 
 CLAIMS = (
     claim_on_clips("LPLC2-1", "lplc2", "each", "spikes", 1.0, LOOMING),
@@ -159,6 +163,15 @@ CLAIMS = (
     _untested("ARM3-3", "three-arm", "a cell's answer to pairs of flashes is not in HS and VS"),
     claim_on_clips("ARM3-4", "three-arm-4q", "way", "way", 1.0, ACROSS),
     claim_on_clips("ARM3-5", "three-arm-4q", "reversed", "way", 1.0, ("reverse-phi",)),
+    claim_on_clips("ESTMD-1", "estmd:fps=1000", "share", "peak_target", 0.5, ("tall-targets",), ("small-targets",)),
+    claim_on_clips("ESTMD-2", "estmd:fps=1000", "share", "peak_target", 0.8, ("low-targets",), ("small-targets",)),
+    claim_on_clips("ESTMD-3", "estmd:fps=1000", "share", "peak_target", 0.5, ("untimely-targets",), TIMELY),
+    claim_on_clips("ESTMD-4", "estmd:fps=1000", "share", "peak_target", 0.5, ("light-targets",), ("dark-targets",)),
+    claim_on_clips("ESTMD-5", "estmd:fps=1000", "each", "on_target", 0.5, ("targets-in-clutter",)),
+    claim_on_clips("ESTMD-6", "estmd", "share", "peak_target", 0.5, ("tall-targets-30",), ("small-targets-30",)),
+    claim_on_clips("DSTMD-1", "dstmd:fps=1000", "share", "peak_target", 0.5, ("tall-targets",), ("small-targets",)),
+    claim_on_clips("DSTMD-2", "dstmd:fps=1000", "share", "peak_target", 0.5, ("untimely-targets",), TIMELY),
+    claim_on_clips("DSTMD-3", "dstmd:fps=1000", "each", "on_target", 0.5, ("targets-in-clutter",)),
 )  # fmt: skip
 
 

@@ -27,9 +27,10 @@ from experiments.store.workers import Workers
 LABELS = {name: name for name in ("direction, robot", "AUC against background", "gain of AUC over the best control")}
 BOTH = ("hs", "vs", "looming")
 DIGESTS = {
-    ("hs", "vs"): "315fa1f4540ddd8c2ccbed9adbeb5a7a9346d2707472eb5853cc3ec15ef72709",
-    ("looming",): "5d7364211b95fa09f7a67217752eb66b7b531445e0a4cc6285f5d978b3361226",
-    BOTH: "3809e83973348a8fbf72ada4d2e4bcca9407ff6628407561ccc24fa7dec64b2a",
+    ("hs", "vs"): "5b772395dd58f77bb2c6376c8c634e6ff092368221156539a8ef81c0fd1d0777",
+    ("looming",): "621d7369f4878a97dc2513685bbb2efd176e7e45a50fd727a466391536128667",
+    ("target",): "d956b00b07ce6e68297208cde0845fd3b43a8f4e2d6736c3c16123a7d0d94951",
+    BOTH: "0e685a8bed8ae64037ee52526a6063b184357200f6427f14f71c2e423fd1e44a",
 }
 MEASURED = "680cb1df345c15af71ff24e0b89c8e7b057a6c1689e655d640db87900e22bb1f"
 """Of CB-1. It may be another one only under another name."""
