@@ -1,6 +1,7 @@
 """The law of what was asked: for every kind, the plan of what was stored gives equal trials in a fresh process."""
 
 import importlib.util
+import inspect
 import json
 import subprocess
 import sys
@@ -39,6 +40,11 @@ def asked_of_every_kind(folder):
     }  # fmt: skip
 
 
+def named(value):
+    """What JSON has for a value; a function is its name, in any process."""
+    return value.__qualname__ if inspect.isfunction(value) else plain(value)
+
+
 def trials_of(plan):
     """All that a plan's numbers follow from, as JSON: its trials, ``run.json``, and the same of its parts.
 
@@ -55,7 +61,7 @@ def trials_of(plan):
             shown = plan.trials
     parts = {name: trials_of(part) for name, part in plan.parts.items()}
     document = {name: value for name, value in plan.document().items() if name != "code"}
-    return json.loads(json.dumps([shown, document, parts], default=plain))
+    return json.loads(json.dumps([shown, document, parts], default=named))
 
 
 FRESH = """
