@@ -38,7 +38,7 @@ def write(folder: Path) -> None:
         "Each cell has a score, its 95 % interval and the places that the model may have. Models stand in the order of"
         " their names: an order of two is stated only where their paired interval says so.\n"
         "[Enter your model](../../how-to/benchmark.md) says what the measures are, what is not measured, and how to"
-        " send an entry. A dash: no response. Empty: does not apply.\n",
+        " send an entry. A dash: no response. Empty: does not apply. The tuned model takes no place from others.\n",
         *parts,
     )
 
@@ -54,5 +54,6 @@ def _row(entry: Mapping[str, Any], entries: Sequence[Mapping[str, Any]], names: 
     for name in names:
         applies = name in entry["scores"]["public"] or name == COST
         stands = place(entry, entries, name)
-        cells.append(f"{text_of(score_of(entry, name))}{stands and f'; {stands}'}" if applies else "")
+        new = f"; in a round {text_of(score_of(entry, name, 'round'))}" if "round" in entry["scores"] else ""
+        cells.append(f"{text_of(score_of(entry, name))}{stands and f'; {stands}'}{new}" if applies else "")
     return [f"{title_of(entry)}<br>`colias benchmark {entry['text']}`", *cells]

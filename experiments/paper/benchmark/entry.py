@@ -123,13 +123,19 @@ def place(entry: Mapping[str, Any], others: Iterable[Mapping[str, Any]], name: s
     """Return the places that a model may have by a measure, such as ``2 to 4 of 9``; empty where none is told.
 
     A model is above another only where the interval of their paired marks excludes 0. Entries of one round are compared
-    on its seeds, others on the public ones.
+    on its seeds, others on the public ones. One whose title says that it is tuned takes no place from others.
     """
     above = below = count = 0
     for other in others:
         seeds = "round" if entry["beacon"] and entry["beacon"] == other["beacon"] else "public"
         mine, theirs = (one["marks"][seeds].get(name) for one in (entry, other))
-        if other["model"] == entry["model"] or not mine or not theirs or name not in MEASURES:
+        if (
+            other["model"] == entry["model"]
+            or "(tuned)" in other.get("title", "")
+            or not mine
+            or not theirs
+            or name not in MEASURES
+        ):
             continue
         apart = difference(mine, theirs)
         low, high = sorted(MEASURES[name].better * end for end in (apart.low, apart.high))
