@@ -53,6 +53,10 @@ PARTS: Parts = {
     "dsnn.looming.si_lgmd2.SILGMD2": "_retina _on _off _adaptation _mean_before",
     "dsnn.looming.si_lgmd2._Pathway": "_now _before",
     "dsnn.onboard.model.OnboardDSNN": "_stages",
+    "dsnn.small_target.layers.Gamma": "stages",
+    "dsnn.small_target.layers.SmallTargetModel": "_fast _slow _states",
+    "dsnn.small_target.estmd.ESTMD": "",
+    "dsnn.small_target.dstmd.DSTMD": "",
     "dsnn.onboard.numpy_form.NumpyOnboard": "_luma _changes _la _h _codes _sums",
 }
 """The models and their layers. Networks in C bring ``get_state`` and ``set_state``."""

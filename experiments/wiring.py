@@ -1,7 +1,5 @@
 """Wiring of `colias_sim` to what users write: the envs' neural observations to models, arenas to Python files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -70,10 +68,8 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
         thresholds = {channel: model.threshold(channel, model.robot) for channel in model.channels}
         return CheckedModel(model.name, model.build(shape, model.robot), model.channels, thresholds)
     if not callable(model):
-        raise ValueError(
-            f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
-            " or a factory that takes one argument, the tuple (rows, columns)"
-        )
+        legal = "a model's name, a .py file, a dsnn.ModelEntry, or a factory that takes the tuple (rows, columns)"
+        raise ValueError(f"model must be {legal}, got {model!r}")
     return CheckedModel(getattr(model, "__name__", type(model).__name__), model(shape), CHANNELS, {})
 
 
@@ -98,7 +94,7 @@ def arena_text(path: Path) -> str:
     Exception
         Whatever the file raises.
     """
-    arena = declared(path, "ARENA")
+    arena = declared(path, "ARENA", object)
     text = arena() if callable(arena) else arena
     if not isinstance(text, str):
         raise UsageError(f"{path}: ARENA must be MJCF, as a text, got {type(text).__name__}")

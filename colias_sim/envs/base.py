@@ -20,8 +20,7 @@ from colias_sim.config import SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
 from colias_sim.envs.measures import SHARE, SIZE, Values
 from colias_sim.envs.options import EnvOptions, Options, checked
-from colias_sim.envs.randomise import FACTORS, USUAL, apparatus_with, camera_ends, draw, given_values
-from colias_sim.envs.randomise import Values as Factors
+from colias_sim.envs.randomise import FACTORS, USUAL, Values as Factors, apparatus_with, camera_ends, draw, given_values
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
     MANOEUVRES,

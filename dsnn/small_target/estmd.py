@@ -20,7 +20,7 @@ class ESTMDParams(SmallTargetParams):
     """Time constant of the Gamma filter of order 12 that delays OFF (toolkit: 25 frames)."""
 
 
-class ESTMD(SmallTargetModel):
+class ESTMD(SmallTargetModel[ESTMDParams]):
     """A pixel that darkens and soon brightens again, as when a small dark target passes: ON times delayed OFF.
 
     The blurred luminance L passes two Gamma filters: ``Y = G_2,fast * L - G_3,slow * L``. ``ON = max(Y, 0)`` and ``OFF

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import cv2
 import numpy as np
@@ -65,13 +65,16 @@ class Gamma:
         return signal
 
 
-class SmallTargetModel(Model[SmallTargetParams]):
+Q = TypeVar("Q", bound=SmallTargetParams)
+
+
+class SmallTargetModel(Model[Q]):
     """Base class of both: retina, lamina and delays. A subclass names its delays, and responds to ON and OFF."""
 
     DELAYS: ClassVar[dict[str, int]]
     """Parameter of a delay -> the order of its Gamma filter."""
 
-    def __init__(self, shape: tuple[int, int], params: SmallTargetParams | None, kind: type[SmallTargetParams]) -> None:
+    def __init__(self, shape: tuple[int, int], params: Q | None, kind: type[Q]) -> None:
         super().__init__(shape, params, kind)
         q = self.params
         self._blur = gaussian_kernel(q.sigma).astype(np.float32)

@@ -1,7 +1,5 @@
 """Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -18,6 +16,7 @@ from experiments.base import palette
 from experiments.base.console import count
 from experiments.draw import scoreboard, style
 from experiments.judge.scores import summary as summarise
+from experiments.store.tables import without_controls
 from scenes import ARENA_RADIUS_CM
 
 ACROSS = 5
@@ -61,15 +60,16 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
     return figure
 
 
-def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> str:
-    """Return what was played, in words."""
-    changed = "".join(f", {name}={value}" for name, value in options.items())
-    return f"{env.partition('/')[2]}{changed}, {count(episodes, 'episode')} each from seed {seed}."
+def caption(played: Mapping[str, Any]) -> str:
+    """Return what was played, in words, from a run's description."""
+    env, changed = played["env"], "".join(f", {name}={value}" for name, value in played["options"].items())
+    return f"{env.partition('/')[2]}{changed}, {count(played['episodes'], 'episode')} each from seed {played['seed']}."
 
 
 def finding(summary: pl.DataFrame) -> str:
     """Return which behaviours are best as far as 95 % intervals tell: of returns, or without these of collisions."""
     env, short = summary["env"][0], summary["env"][0].partition("/")[2]
+    summary = without_controls(summary, "behaviour")
     rates = [(rate, "the fewest", "fewer", -1) for rate in ENVS[env].collisions[:1]]
     for measure, most, more, sign in ((RETURN, "the highest", "a higher", 1), *rates):
         rows = summary.filter(measure=measure).sort("value", descending=sign > 0, maintain_order=True)

@@ -1,7 +1,5 @@
 """Figures of clips: potentials over time, and responses along what the clips vary."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,10 +8,9 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.declare.clip import ClipFigure
-from experiments.draw import findings, style
+from experiments.draw import style
 from experiments.judge.judge import SIGNED
 from experiments.judge.tests import LEAST_FOR_INTERVAL
 
@@ -71,7 +68,7 @@ def draw(figure: ClipFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresho
             drawn, notes = _ranges(trials, thresholds)
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
-        style.caption(drawn, f"{title}. n = {terminal.count(n, 'trial')} of each clip and model.", *notes)
+        style.caption(drawn, f"{title}. n = {console.count(n, 'trial')} of each clip and model.", *notes)
     return drawn
 
 
@@ -122,10 +119,10 @@ def shared(counts: str, plain: str) -> tuple[str, str]:
 def course_finding(rows: pl.DataFrame, along: str, lines: str) -> tuple[str, str]:
     """Return what the responses of each model, line and seed share, and how many have their commonest order."""
     points = style.by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
-    curves = [findings.curve(of, along, "response") for _, of in style.by(points, "model", lines, "repeat")]
+    curves = [style.curve(of, along, "response") for _, of in style.by(points, "model", lines, "repeat")]
     noun = AXES[along].partition(" (")[0]
-    found = findings.orders(curves, noun)
-    return findings.shared("response", found, noun), findings.commonest("response", found)
+    found = style.orders(curves, noun)
+    return style.shared("response", found, noun), style.commonest("response", found)
 
 
 def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:

@@ -1,13 +1,10 @@
 """Figures of robot trials: spikes along what the trials vary, potentials, their mechanism, and the paper's panels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,16 +13,15 @@ from scipy.special import stdtrit
 from experiments.base import palette
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.declare.experiment import BALANCED, PARTS, WHOLE
-from experiments.draw import findings, style
-from experiments.draw.findings import axis, drawn_of, level_text, unit
-from experiments.judge.tests import LEAST_FOR_INTERVAL
+from experiments.draw import style
+from experiments.draw.style import axis, drawn_of, level_text, unit
+from experiments.judge.tests import LEAST_FOR_INTERVAL, Floats
 from experiments.show.excitation import MOTION
 from experiments.show.trial_rows import varying
 from experiments.store.tables import origin
 
 Row = Mapping[str, Any]
 Thresholds = Mapping[str, float | None]
-Floats = npt.NDArray[np.float64]
 Lines = dict[tuple[Any, str], tuple[Floats, Floats]]
 """Level and other condition -> places along the axis, shape (T,), and the trials' values there, (trials, T)."""
 PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "angle_deg",
@@ -185,14 +181,14 @@ def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> tuple[str, str]:
     """
     noun, column = measure[0], next(iter(measure[2]))
     several = rows["model"].n_unique() > 1
-    curves = {", ".join(filter(None, (model * several, other))): findings.curve(of, "level", column)
+    curves = {", ".join(filter(None, (model * several, other))): style.curve(of, "level", column)
               for (model, other), of in style.by(rows.drop_nulls(column), "model", "other")}  # fmt: skip
     fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
-        return style.sentence(drawn_of(f"{noun} by {unit(varies)[0]}", fewest)), ""
-    title = findings.shared(noun, findings.orders(curves.values(), *unit(varies)), unit(varies)[0])
+        return style.sentence(style.drawn_of(f"{noun} by {unit(varies)[0]}", fewest)), ""
+    title = style.shared(noun, style.orders(curves.values(), *unit(varies)), unit(varies)[0])
     each = [f"{name} {text.removeprefix('is ')}" for name, one in curves.items()
-            for text in findings.orders([one], *unit(varies))]  # fmt: skip
+            for text in style.orders([one], *unit(varies))]  # fmt: skip
     return title, style.sentence(f"{noun}: {', '.join(each)}.") if f" by {unit(varies)[0]}" in title else ""
 
 
@@ -207,11 +203,11 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, tints: Mapping[Any, 
         axes.annotate("no threshold, no spikes", (0.5, 0.4), xycoords="axes fraction", ha="center",
                       fontsize=style.SMALL, color=palette.GREY)  # fmt: skip
         return
-    levels = findings.curve(rows.with_columns(one=1.0), "level", "one")[0]
+    levels = style.curve(rows.with_columns(one=1.0), "level", "one")[0]
     words = isinstance(levels[0], str)
     places = dict(zip(levels, range(len(levels)) if words else levels, strict=True))
     gap = min(np.diff(list(places.values())), default=1.0)
-    curves = [(", ".join(filter(None, (other, name))) or column, findings.curve(of, "level", column))
+    curves = [(", ".join(filter(None, (other, name))) or column, style.curve(of, "level", column))
               for column, name in measure[2].items()
               for (other,), of in style.by(rows.drop_nulls(column), "other")]  # fmt: skip
     for place, (label, (found, samples)) in enumerate(curves):

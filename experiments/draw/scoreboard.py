@@ -1,7 +1,5 @@
 """Scores of models with their intervals, as a figure and on the terminal: a row for each model, the best on top."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from string import ascii_lowercase
@@ -11,8 +9,7 @@ import polars as pl
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.draw import style
 from experiments.judge.tests import Score
 
@@ -85,7 +82,7 @@ def show(table: pl.DataFrame, measures: Sequence[str], title: str) -> None:
     for first in range(0, len(measures), PRINTED):
         part = measures[first : first + PRINTED]
         rows = [{"model": row["model"], **{name: _score(row, name) for name in part}} for row in table.to_dicts()]
-        terminal.show(pl.DataFrame(rows), title if not first else "")
+        console.show(pl.DataFrame(rows), title if not first else "")
 
 
 def _score(row: Mapping[str, Any], name: str) -> str:

@@ -1,6 +1,4 @@
-"""Sweeps as figures, a curve over one axis or a map over two, and on the terminal."""
-
-from __future__ import annotations
+"""Sweeps as figures, a curve over one axis or a map over two, and on the console."""
 
 import math
 from collections.abc import Mapping
@@ -12,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.declare.study import TOGETHER
 from experiments.draw import style
-from experiments.draw.findings import axis, unit
-from experiments.judge.count import count_of
+from experiments.draw.style import axis, unit
+from experiments.judge.verdict import count_of
 from experiments.settings.grid import values_of
 
 _HELD, _FAILED = (palette.VERDICTS[state][0] for state in ("holds", "fails"))
@@ -187,8 +184,8 @@ def show(sweep: Described) -> None:
     """Print a sweep: a row for each point and model, at how many points each claim holds, and its further tables."""
     wide = _cells(sweep).pivot("what", index=[*sweep["axes"], "model"], values="text", maintain_order=True)
     title = f"Replicates of {sweep['replicates']} in which claims hold; a word: at any seed"
-    terminal.show(wide, title if sweep["titles"] else "")
+    console.show(wide, title if sweep["titles"] else "")
     for claim, why in sorted(sweep["unjudged"].items()):
-        terminal.out_console.print(f"{claim} not judged: {why}")
+        console.out_console.print(f"{claim} not judged: {why}")
     for title, further in sweep["tables"].items():
-        terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
+        console.show(pl.DataFrame(further, infer_schema_length=None), title)

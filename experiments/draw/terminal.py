@@ -1,7 +1,5 @@
 """What commands print of runs: verdicts, silent models, and where everything is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -10,8 +8,8 @@ import polars as pl
 from rich.text import Text
 
 from experiments.base import console, palette
-from experiments.judge.count import Count
-from experiments.judge.verdict import Verdict
+from experiments.judge.controls import MEANS
+from experiments.judge.verdict import Count, Verdict
 from experiments.store.tables import PEAKS
 
 SIGNS: Mapping[str, str] = {state: sign for state, (*_, sign) in palette.VERDICTS.items()}
@@ -85,3 +83,13 @@ def show_silent(rows: Iterable[Mapping[str, Any]]) -> None:
             greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
             range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
             console.out_console.print(f"{model} is silent: all its potentials are 0{range_of}")
+
+
+def show_controls(table: pl.DataFrame) -> None:
+    """Print the table of a run's controls, if it has one."""
+    if table.height:
+        columns = ("model", "response", "word", "n", *MEANS, "p")
+        known = [name for name in columns if table[name].null_count() < table.height]
+        console.show(table.select(known), "\nis it vision? trials and their controls")
+        for row in table.drop_nulls("says").iter_rows(named=True):
+            console.out_console.print(f"{row['model']}, {row['response']}: {row['word']} ({row['says']})")

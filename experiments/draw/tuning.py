@@ -1,7 +1,5 @@
 """Tuning curves as figures, one for each curve, and on the terminal a line for each model."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dsnn import MODELS
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.draw import style
 from experiments.judge import curves
 
@@ -130,7 +127,7 @@ def show(table: pl.DataFrame) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
     prefers = pl.when(pl.col("dsi").cast(pl.Float64) >= curves.SOME_DSI).then("prefers_deg").alias("prefers_deg")
     names = [name for name in table.columns if not name.endswith(ENDS) and table[name].count()]
-    terminal.show(table.with_columns(prefers).select(names).with_columns(pl.selectors.float().round(2)))
-    terminal.out_console.print(NOTE)
+    console.show(table.with_columns(prefers).select(names).with_columns(pl.selectors.float().round(2)))
+    console.out_console.print(NOTE)
     for model, why in table.filter(pl.col("not_defined") != "").select("model", "not_defined").rows():
-        terminal.out_console.print(f"{model}: not defined: {why}")
+        console.out_console.print(f"{model}: not defined: {why}")

@@ -1,38 +1,35 @@
 """The leaderboard of 0.4, until 0.6: models ranked on the robot trials and clips of ``leaderboard.json``.
 
 There are two boards. *Direction* ranks the models that respond by HS or VS, *looming* those with a looming potential.
+Models are timed side by side, in one process.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import polars as pl
+from matplotlib.figure import Figure
 
 from experiments.base.console import count, error_console, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
+from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
 from experiments.judge.roc import alarm_rate, area, median_interval, share
 from experiments.judge.tests import Score
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run
 from experiments.paper.benchmark.rows import RESPONSES, response, shown_in
+from experiments.paper.benchmark.run import time_models
 from experiments.paper.benchmark.tasks import FILE, tasks_of
 from experiments.settings.models import COMPARED, ConfiguredModel, shown_models
 from experiments.settings.settings import watchers
-from experiments.show.timing import time_models
 from experiments.store.asked import Asked
-from experiments.store.description import begin_whole
+from experiments.store.folder import begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.workers import Workers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROBOT, DIRECTION, LOOMING = "robot", "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
@@ -213,8 +210,6 @@ def _table(path: Path) -> pl.DataFrame:
 
 def draw(run: Run) -> Figure:
     """Draw the first board of a run, from its folder alone; `UsageError` without one."""
-    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
-
     for board, table in tables(run).items():
         return scoreboard.draw(table, {name: name for name in measures(table)}, {}, f"Ranked by {board}", NOTE)
     raise UsageError(f"{run.folder}: no {FILES[DIRECTION]}.csv there: the run is not finished")
@@ -222,8 +217,6 @@ def draw(run: Run) -> Figure:
 
 def show(run: Run) -> None:
     """Print the boards of a run, and where everything is."""
-    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
-
     boards = tables(run)
     for name, table in boards.items():
         scoreboard.show(table, measures(table), f"Ranked by {name}")

@@ -3,8 +3,6 @@
 A log is a CSV with a row per frame and model. docs/how-to/real-robot.md documents its columns.
 """
 
-from __future__ import annotations
-
 import codecs
 import dataclasses
 from collections.abc import Mapping
@@ -146,8 +144,8 @@ def condition_of(path: Path, row: Mapping[str, Any], experiment: Experiment) -> 
     if len(fitting) != 1:
         text = ", ".join(f"{name}={value}" for name, value in given.items()) or "no column of a condition"
         legal = "; ".join(one.label() for one in conditions)
-        raise UsageError(f"{path}, line {row[LINE]}: {text} must be one condition of {experiment.name} (--set"
-                         f" experiment.NAME=VALUE changes them): {legal}")  # fmt: skip
+        known = f"one condition of {experiment.name}, as --set experiment.NAME=VALUE has it: {legal}"
+        raise UsageError(f"{path}, line {row[LINE]}: {text} must be {known}")
     return fitting[0]
 
 

@@ -90,6 +90,15 @@ CONTROLS = ("frozen", "absent", "mirrored", "reversed", "shuffled")
 frame first; in a drawn order."""
 
 
+OF_CONTROL = f"{CONTROL}({'|'.join(CONTROLS)})$"
+"""The end of a label that is a control's."""
+
+
+def without_control(label: str) -> str:
+    """Return the label of the model that a control is of; any other label as it is."""
+    return re.sub(OF_CONTROL, "", label)
+
+
 class Label(NamedTuple):
     """A label of tables, taken apart: ``dsnn@ov7670~frozen``. The eye is a camera preset; empty is the usual one."""
 
@@ -157,8 +166,7 @@ def load_model(source: str) -> ModelEntry:
     if not is_file(source):
         with as_usage_error(f"--model {source}: ", ", or a .py file"):
             return model_entry(source)
-    entry: ModelEntry = declared(Path(source), "MODEL", ModelEntry)
-    return entry
+    return declared(Path(source), "MODEL", ModelEntry)
 
 
 def choose(

@@ -137,9 +137,13 @@ class ClipSource:
         return len(self.stimulus)
 
     def __iter__(self) -> Iterator[Sample]:
+        before: list[Mapping[str, Any]] = []
         for index, frame in enumerate(self.stimulus):
             truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
-            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX, *more)})
+            before.append(truth)
+            since = {every: _summed(before[-every:], every) for every in range(2, 7)} if self._truth else {}
+            shown = {name: truth[name] for name in ("motion", *BOX, *more)}
+            yield Sample(index / self.fps, frame.luma, shown, since=since)
 
     @contextmanager
     def absent(self) -> Iterator[ClipSource]:
@@ -199,6 +203,13 @@ class ClipSource:
             "peak_target": float(frames["target"].to_numpy().max()),
             "on_target": float(near.mean()) if near.size else None,
         }
+
+
+def _summed(frames: Sequence[Mapping[str, Any]], every: int) -> dict[str, float | None]:
+    """Return flow and interval since the frame that many before: empty where one of them is, or where none was."""
+    whole = len(frames) == every
+    parts = {name: [frame[name] for frame in frames] for name in TRUE if name != "true_time_to_contact_s"}
+    return {name: sum(ones) if whole and None not in ones else None for name, ones in parts.items()}
 
 
 def truth_of(truth: Truth, index: int, fps: float) -> dict[str, Any]:

@@ -48,6 +48,9 @@ def test_a_restored_model_goes_on_to_the_bit(name, form, monkeypatch):
 
 
 REST = {
+    "Gamma": "gain",
+    "SmallTargetModel": "_blur _kernel _delays",
+    "DSTMD": "_ahead _inside _weights",
     "Model": "shape params form",
     "ReferenceNetwork": "_shape _params _kernels",
     "dsnn.direction.reference.Pathway": "_params _alphas",

@@ -173,7 +173,7 @@ def test_a_simulator_loads_leaves_of_dsnn_alone():
 # What kind of run it is, is asked by kinds alone.
 
 RUNS = ("Experiment", "OfflineExperiment", "Behaviour", "Study", "Fit")
-OF_LIBRARIES = {"experiments.show.play": {"kind"}, "experiments.live.drawing": {"kind"}}
+OF_LIBRARIES = {"experiments.show.play": {"kind"}, "experiments.live.page": {"kind"}}
 """Attributes called ``kind`` of libraries: of `inspect.Parameter`, and of a mesh's visual in trimesh."""
 
 

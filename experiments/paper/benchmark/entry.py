@@ -18,7 +18,7 @@ from experiments.base.errors import UsageError
 from experiments.base.files import Files, read_parquet
 from experiments.base.streams import stream
 from experiments.base.user_code import digests, is_own, sha256
-from experiments.declare.checks import MARGIN
+from experiments.declare.outcome import MARGIN
 from experiments.judge.tests import Score
 from experiments.paper.benchmark.rows import MEASURES, ROWS, Sides, difference, row_of, summed
 from experiments.paper.benchmark.tasks import NAME, digest_of, document, plans

@@ -12,23 +12,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
+from dsnn.frames import frozen
+from dsnn.stimuli import stimulus
 from experiments.base import console
 from experiments.base.console import error_console, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.judge.roc import median_interval
 from experiments.judge.tests import Score
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run
 from experiments.paper.benchmark.entry import ENTRY, numbers, place, read, shipped, write
 from experiments.paper.benchmark.rows import MEASURES, ROWS, row_of, shown_in
 from experiments.paper.benchmark.tasks import NAME, TASKS, plans
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.settings import watchers
-from experiments.show.timing import time_models
+from experiments.show.play import ModelRunner, one_thread
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import CPUS, RENDERERS, begin_whole, read_description
+from experiments.store.folder import CPUS, RENDERERS, begin_whole, read_description
 from experiments.store.plan import Plan, filled
 from experiments.store.tables import table
 from experiments.store.workers import Workers
@@ -36,6 +37,8 @@ from experiments.store.workers import Workers
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+ROUNDS, BLOCK = 40, 4
+"""Times that each model is timed, and frames in each time."""
 BESIDE = "dsnn"
 """The model that others are timed beside."""
 COST, SHAPE = "µs per frame of 99x72 (logarithmic)", (72, 99)
@@ -98,6 +101,37 @@ def _tell_time(plan: Plan[Any], name: str, pool: Workers) -> None:
     left = (time.monotonic() - console.BEGAN) * sum(prices[done:]) / sum(prices[:done]) / 60.0
     if not pool.quiet:
         error_console.print(f"benchmark: {done} of {len(prices)} tasks, about {left:.1f} min left")
+
+
+def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> dict[str, list[float]]:
+    """Time models side by side: in one process, on one thread, in turns, so that a slow moment hits all of a round.
+
+    Parameters
+    ----------
+    models
+        The models. One that raises is left out.
+    shape
+        Shape of the frames, (R, C).
+
+    Returns
+    -------
+    dict
+        Model -> microseconds per frame, a mean of `BLOCK` frames for each of `ROUNDS` rounds, after one to warm up.
+    """
+    rows, columns = shape
+    clip = stimulus("cluttered", 0, rows=rows, columns=columns, width=columns / 6, height=rows / 2, speed=columns / 2)
+    frames = [frozen(clip[index].luma) for index in range(min(len(clip), 60))]
+    runners = [ModelRunner(model, shape, keep=False) for model in models]
+    taken: dict[str, list[float]] = {runner.label: [] for runner in runners}
+    with one_thread():
+        for number in range(ROUNDS + 1):
+            block = [frames[(number * BLOCK + i) % len(frames)] for i in range(BLOCK)]
+            for runner in runners:
+                before = runner.seconds
+                for frame in block:
+                    runner.see(frame)
+                taken[runner.label].append((runner.seconds - before) / BLOCK * 1e6)
+    return {runner.label: taken[runner.label][1:] for runner in runners if not runner.trouble}
 
 
 def _costs(chosen: Sequence[ConfiguredModel]) -> dict[str, dict[str, Any]]:

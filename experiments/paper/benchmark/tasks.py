@@ -20,7 +20,7 @@ from experiments.base.user_code import sha256
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import Experiment, Listed
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
 from experiments.settings.settings import watchers
 from experiments.store.asked import Asked
 from experiments.store.plan import Plan

@@ -16,7 +16,7 @@ from experiments.base.errors import UsageError
 from experiments.declare.experiment import Listed
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
-from experiments.kinds.kind import perform, planned
+from experiments.kinds.result import perform, planned
 from experiments.paper.benchmark import entry, tasks
 from experiments.paper.benchmark.rows import MEASURES, ROWS, difference, summed
 from experiments.paper.benchmark.run import CHANCE

@@ -11,7 +11,7 @@ from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
 from experiments.declare.experiment import Translation
 from experiments.judge.judge import SIGNED
-from experiments.kinds.kind import perform
+from experiments.kinds.result import perform
 from experiments.paper import boards as board
 from experiments.paper.benchmark.rows import RESPONSES, response
 from experiments.paper.boards import DIRECTION, LOOMING

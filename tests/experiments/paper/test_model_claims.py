@@ -6,8 +6,7 @@ import pytest
 
 from dsnn import MODELS
 from experiments.base.errors import UsageError
-from experiments.paper.claims.model_clips import CLIPS, GROUPS, names
-from experiments.paper.claims.models import claim_on_clips, model_claims
+from experiments.paper.claims.models import CLIPS, GROUPS, claim_on_clips, model_claims, names
 from experiments.paper.reproduce import claims_of, judge_models
 from experiments.store.workers import Workers
 
