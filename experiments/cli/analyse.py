@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from experiments.base.console import count, show_files
+from experiments.base.console import count, error_console, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
@@ -139,7 +139,7 @@ def fit(
 
 
 def benchmark(
-    model: Annotated[list[str] | None, typer.Argument(metavar="MODEL", help="A name, or a .py file.")] = None,
+    model: Annotated[str | None, typer.Argument(help="A name, or a .py file.")] = None,
     beacon: Annotated[
         str, typer.Option("--round", metavar="SEED", help="A round's number that nobody chose: its trials are run too.")
     ] = "",
@@ -159,13 +159,11 @@ def benchmark(
     """
     pool = options.pool(workers, cluster, quiet)
     if verify is None:
-        asked = Asked(kind="benchmark", models=tuple(model or ()), only=True, options={"round": beacon})
+        asked = Asked(kind="benchmark", models=(model,) if model else (), only=True, options={"round": beacon})
         return options.finish(asked, out, pool)
-    from experiments.base.console import error_console, out_console
-
     error_console.print(f"note: this runs the code in {verify} with your rights")
     drawn = secrets.randbelow(2**31) if seed is None else seed
-    found, how = shipped(BOARDS["verify"])(verify, sample, drawn, pool)
+    found, how = shipped(BOARDS["entry"]).verify(verify, sample, drawn, pool)
     for line in found[:MOST_NAMED]:
         out_console.print(f"differs: {line}")
     out_console.print(f"{f'{verify} does not agree: {len(found)} differences' if found else f'{verify} agrees'}. {how}")
@@ -185,8 +183,9 @@ def leaderboard(
     """Rank models on the robot trials and clips of 0.4, as before colias benchmark. It goes in 0.6.
 
     Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
-    95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
+    95 % intervals. The models are those registered, but dsnn-reference.
     """
+    error_console.print("note: colias leaderboard goes in 0.6: colias benchmark takes its place")
     asked = Asked(kind="leaderboard", models=tuple(model or ()), only=only, repeats=repeats, seed=seed)
     return options.finish(asked, out, options.pool(workers, cluster, quiet))
 

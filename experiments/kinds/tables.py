@@ -17,7 +17,7 @@ KINDS: Mapping[str, str] = {
     "sweep": "experiments.kinds.sweep:KIND",
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",
-    "benchmark": "experiments.paper.benchmark.run:KIND",
+    "benchmark": "experiments.paper.benchmark.entry:KIND",
     "leaderboard": "experiments.paper.boards:KIND",
     "reproduction": "experiments.paper.reproduce:KIND",
 }
@@ -77,9 +77,9 @@ PLANS: Mapping[str, str] = {"studies": "experiments.paper.studies.plans:PLANS"}
 
 BOARDS: Mapping[str, str] = {
     "reproduction": "experiments.paper.reproduce",
-    "verify": "experiments.paper.benchmark.entry:verify",
+    "entry": "experiments.paper.benchmark.entry",
 }
-"""What is made of many runs, or checks what was made -> its module, or its function."""
+"""What is made of many runs -> its module."""
 
 
 def kind_of(name: str) -> Any:

@@ -1,28 +1,24 @@
 """The leaderboard of 0.4, until 0.6: models ranked on the robot trials and clips of ``leaderboard.json``.
 
 There are two boards. *Direction* ranks the models that respond by HS or VS, *looming* those with a looming potential.
-Models are timed side by side, in one process.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import polars as pl
-from matplotlib.figure import Figure
 
-from experiments.base.console import count, error_console, out_console, show_files
-from experiments.base.errors import UsageError
+from experiments.base.console import count, out_console, show_files
 from experiments.base.files import Files
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
-from experiments.judge.roc import alarm_rate, area, median_interval, share
+from experiments.judge.roc import alarm_rate, area, share
 from experiments.judge.tests import Score
 from experiments.kinds.result import Kind, Run
-from experiments.paper.benchmark.rows import RESPONSES, response, shown_in
-from experiments.paper.benchmark.run import time_models
+from experiments.paper.benchmark.entry import numbers
+from experiments.paper.benchmark.rows import ROWS, rows_in
 from experiments.paper.benchmark.tasks import FILE, tasks_of
 from experiments.settings.models import COMPARED, ConfiguredModel, shown_models
 from experiments.settings.settings import watchers
@@ -31,11 +27,10 @@ from experiments.store.folder import begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.workers import Workers
 
+Models = Sequence[ConfiguredModel]
 ROBOT, DIRECTION, LOOMING = "robot", "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
 """Board -> name of its table, without its ending."""
-TIMES = {"us_99x72": (72, 99), "us_320x180": (180, 320)}
-"""Measure of time -> the shape of the frames, (R, C)."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
 NOTE = "Next to a score: its 95 % interval, with the repeats of a condition as one cluster."
@@ -111,45 +106,33 @@ def looming_scores(robot: pl.DataFrame, clips: pl.DataFrame) -> dict[str, Score 
     }
 
 
-def rank(
-    models: Mapping[str, Sequence[ConfiguredModel]], responses: Mapping[str, pl.DataFrame], times: Mapping[str, Any]
-) -> dict[str, pl.DataFrame]:
+def rank(models: Mapping[str, Models], responses: Mapping[str, pl.DataFrame]) -> dict[str, pl.DataFrame]:
     """Score the models of each board, and rank them.
 
     Parameters
     ----------
     models, responses
         Board, or ``robot`` -> the models shown there, and their responses.
-    times
-        Measure of `TIMES` -> model -> microseconds per frame of every round.
 
     Returns
     -------
     dict
-        Board -> its table, the best model on top. Each measure has the columns ``NAME``, ``NAME_low``, ``NAME_high``
-        (the ends of its 95 % interval) and ``NAME_n``; null where it does not apply.
+        Board -> its table as `scoreboard.tabulate` has it, the best model on top.
     """
     boards = {}
     for board, scores in {DIRECTION: direction_scores, LOOMING: looming_scores}.items():
-        rows = []
+        found = {}
         for model in models.get(board, ()):
             # A model that only reports where motion is has no potential to score.
             label = model.label if model.counted else None
-            found = scores(*(responses[part].filter(pl.col("model") == label) for part in (ROBOT, board)))
-            rounds = {name: us for name in TIMES if (us := times.get(name, {}).get(model.label))}
-            timed = {name: Score(float(np.median(us)), *median_interval(us), len(us)) for name, us in rounds.items()}
-            rows.append({"model": model.label, **_columns({**found, **dict.fromkeys(TIMES), **timed})})
-        if rows:
-            types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in rows[0] if name != "model"}
-            table = pl.DataFrame(rows, {"model": pl.String, **types})
-            order = [_mean(table, start) for start in RANKED_BY[board]]
+            own = (responses[part].filter(pl.col("model") == label) for part in (ROBOT, board))
+            found[model.label] = {name: numbers(score) for name, score in scores(*own).items()}
+        if found:
+            table = scoreboard.tabulate(found)
+            order = [pl.mean_horizontal(name for name in measures(table) if name.startswith(start))
+                     for start in RANKED_BY[board]]  # fmt: skip
             boards[board] = table.sort(*order, "model", descending=[True, True, False], nulls_last=True)
     return boards
-
-
-def _mean(table: pl.DataFrame, start: str) -> pl.Expr:
-    """Return the mean of the measures that begin so, as far as a model has them."""
-    return pl.mean_horizontal(name for name in measures(table) if name.startswith(start))
 
 
 def measures(table: pl.DataFrame) -> list[str]:
@@ -157,17 +140,8 @@ def measures(table: pl.DataFrame) -> list[str]:
     return [name for name in table.columns if f"{name}_low" in table.columns]
 
 
-def _columns(scores: Mapping[str, Score | None]) -> dict[str, float | None]:
-    columns = {}
-    for name, score in scores.items():
-        for end, value in {"": "value", "_low": "low", "_high": "high", "_n": "n"}.items():
-            number = getattr(score, value, None)
-            columns[name + end] = round(number, 6) if number is not None and math.isfinite(number) else None
-    return columns
-
-
 def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
-    """Run what a folder lacks, time the models, and write a table of each board.
+    """Run what a folder lacks, and write a table of each board.
 
     Raises
     ------
@@ -179,16 +153,10 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     with pool.running():
         for name, part in plan.parts.items():
             with filled(part, out / name, pool) as folder:
-                rows.setdefault(name.partition("-")[0], []).extend(response(*one) for one in shown_in(part, folder))
-    responses = {name: pl.DataFrame(of, RESPONSES) for name, of in rows.items()}
-    if not pool.quiet:
-        error_console.print("timing: 99x72 and 320x180, in turns, one thread")
-    # After the workers have gone: nothing of this run's own competes for the processor.
+                rows.setdefault(name.partition("-")[0], []).extend(rows_in(name, part, folder))
+    responses = {name: pl.DataFrame(of, {"model": pl.String, **ROWS}) for name, of in rows.items()}
     models = {name.partition("-")[0]: part.models for name, part in plan.parts.items()}
-    shown = {model.label: model for board in FILES for model in models.get(board, ())}
-    times = {name: time_models(models[ROBOT] if name == "us_99x72" else [*shown.values()], shape)
-             for name, shape in TIMES.items()}  # fmt: skip
-    for board, table in rank(models, responses, times).items():
+    for board, table in rank(models, responses).items():
         Files(out).write_rows(f"{FILES[board]}.csv", table.to_dicts())
 
 
@@ -198,21 +166,7 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
 def tables(run: Run) -> dict[str, pl.DataFrame]:
     """Return board -> its table, of the boards that a run has."""
     there = {board: run.folder / f"{file}.csv" for board, file in FILES.items()}
-    return {board: _table(path) for board, path in there.items() if path.is_file()}
-
-
-def _table(path: Path) -> pl.DataFrame:
-    """Read a board, with a column that is empty for every model as numbers too."""
-    names = pl.read_csv(path, n_rows=0).columns
-    types = {name: pl.Int64 if name.endswith("_n") else pl.Float64 for name in names}
-    return pl.read_csv(path, schema_overrides={**types, "model": pl.String})
-
-
-def draw(run: Run) -> Figure:
-    """Draw the first board of a run, from its folder alone; `UsageError` without one."""
-    for board, table in tables(run).items():
-        return scoreboard.draw(table, {name: name for name in measures(table)}, {}, f"Ranked by {board}", NOTE)
-    raise UsageError(f"{run.folder}: no {FILES[DIRECTION]}.csv there: the run is not finished")
+    return {board: pl.read_csv(path) for board, path in there.items() if path.is_file()}
 
 
 def show(run: Run) -> None:
@@ -224,4 +178,4 @@ def show(run: Run) -> None:
     show_files(run.folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
 
 
-KIND = Kind(plan, work, draw, show, renders=None, summary="leaderboard.csv", whole=True)
+KIND = Kind(plan, work, "colias benchmark has a figure", show, renders=None, summary="leaderboard.csv", whole=True)

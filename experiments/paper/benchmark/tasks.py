@@ -15,7 +15,7 @@ from typing import Any
 
 import scenes
 from dsnn.stimuli import background
-from experiments.base.files import plain
+from experiments.base.files import plain, read_json
 from experiments.base.user_code import sha256
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.conditions import Condition
@@ -26,7 +26,6 @@ from experiments.store.asked import Asked
 from experiments.store.plan import Plan
 
 NAME, FILE = "CB-1", Path(__file__).with_name("cb-1.json")
-DIRECTION, LOOMING = ("hs", "vs"), ("looming",)
 CONTROLS = ("frozen", "absent", "reversed")
 """The controls that a score is held against: a looming potential has no sign that a mirror turns."""
 
@@ -67,7 +66,7 @@ def tasks_of(file: Path) -> dict[str, Task]:
     Trials with the robot have ``conditions``, or the name of a task that has them; others have ``clips``.
     """
     found: dict[str, Task] = {}
-    for kept in json.loads(file.read_text(encoding="utf-8")):
+    for kept in read_json(file):
         name, shown, repeats = kept["name"], kept.get("conditions"), kept["repeats"]
         about = (name, kept["summary"])
         if shown is None:
@@ -78,8 +77,8 @@ def tasks_of(file: Path) -> dict[str, Task]:
         else:
             listed = Listed(tuple(Condition(**condition) for condition in shown))
             declared = Experiment(*about, listed, "speed_cm_s", repeats)
-        more = (kept.get(name, {}) for name in ("values", "options"))
-        found[name] = Task(kept["seconds"], tuple(kept["channels"]), declared, *more)
+        values, options = kept.get("values", {}), kept.get("options", {})
+        found[name] = Task(kept["seconds"], tuple(kept["channels"]), declared, values, options)
     return found
 
 
@@ -105,20 +104,17 @@ def digest_of(*parts: Any) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=plain).encode()).hexdigest()
 
 
-def plans(models: Sequence[str], beacon: str = "") -> dict[str, Plan[Any]]:
-    """Return the plans of all tasks by their folder: ``public/TASK``, and ``round/TASK`` where there is a round.
+def plans(model: str, beacon: str = "") -> dict[str, Plan[Any]]:
+    """Return the plans of the tasks that apply to a model: ``public/TASK``, and ``round/TASK`` where there is a round.
 
     Parameters
     ----------
-    models
-        As ``--model`` takes them. A task is shown to those that it applies to.
+    model
+        As ``--model`` takes it.
     beacon
         The round's number that nobody chose; empty: none. The seed of the round's trials is made of it.
     """
     seeds = {"public": 0, **({"round": int(digest_of(beacon)[:7], 16)} if beacon else {})}
-    channels = {text: {*watchers((text,))[0].channels} for text in models}
-    found = {}
-    for (folder, seed), (name, task) in product(seeds.items(), TASKS.items()):
-        if applies := [text for text, has in channels.items() if has & {*task.channels}]:
-            found[f"{folder}/{name}"] = task.plan(applies, seed)
-    return found
+    applies = {name: task for name, task in TASKS.items() if {*watchers((model,))[0].channels} & {*task.channels}}
+    return {f"{folder}/{name}": task.plan((model,), seed)
+            for (folder, seed), (name, task) in product(seeds.items(), applies.items())}  # fmt: skip

@@ -19,7 +19,6 @@ from experiments.judge.judge import SIGNED
 from experiments.kinds.result import perform, planned
 from experiments.paper.benchmark import entry, tasks
 from experiments.paper.benchmark.rows import MEASURES, ROWS, difference, summed
-from experiments.paper.benchmark.run import CHANCE
 from experiments.store.asked import Asked
 from experiments.store.tables import table
 from experiments.store.workers import Workers
@@ -138,7 +137,7 @@ def test_chance_of_a_miss_is_that_of_drawing_without_putting_back():
 
 def test_forged_rows_are_found_by_a_sample_of_any_seed():
     """Of 540 trials 162 are forged; 54 are done again."""
-    there, parts = responses(), tasks.plans(("hybrid",))
+    there, parts = responses(), tasks.plans("hybrid")
     known = [(name, trial.index) for name, plan in parts.items() for trial in plan.trials]
     true = table([{**there.row(i % there.height, named=True), "task": name.split("/")[1], "trial": index}
                   for i, (name, index) in enumerate(known)], ROWS)  # fmt: skip
@@ -147,7 +146,7 @@ def test_forged_rows_are_found_by_a_sample_of_any_seed():
         off = np.isin(np.arange(len(known)), list(false)) * 0.01
         forged = true.with_columns(pl.col("looming") + pl.Series(off))
         again = entry.drawn(parts, 0.1, seed)
-        keys = {(name.split("/")[1], trial.index) for name, trials in again.items() for trial in trials}
+        keys = {(name.split("/")[1], trial.index) for name, plan in again.items() for trial in plan.trials}
         here = table([row for row in true.to_dicts() if (row["task"], row["trial"]) in keys], ROWS)
         assert len(keys) == math.ceil(0.1 * len(known))
         assert entry.compared(forged, here, exact=True), seed
@@ -164,14 +163,14 @@ def test_another_machine_is_compared_within_margins():
 
 def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_model():
     """Every measure is lacking in one of three models, whose row stays blank there and keeps its place."""
-    columns = {"model": ["first", "second", "third"]}
-    for place, name in enumerate(LABELS):
-        values = [None if (row + place) % 3 == 0 else 0.1 + 0.2 * row + 0.01 * place for row in range(3)]
-        for end, far in (("", 0.0), ("_low", -0.03), ("_high", 0.05)):
-            columns[name + end] = [value and value + far for value in values]
-        columns[f"{name}_n"] = [value and 5 + row for row, value in enumerate(values)]
-    given = pl.DataFrame(columns)
-    figure = scoreboard.draw(given, LABELS, CHANCE, "", "")
+    scores = {}
+    for row, model in enumerate(("first", "second", "third")):
+        values = [0.1 + 0.2 * row + 0.01 * place for place in range(len(LABELS))]
+        found = [None if (row + place) % 3 == 0 else [value, value - 0.03, value + 0.05, 5 + row]
+                 for place, value in enumerate(values)]  # fmt: skip
+        scores[model] = dict(zip(LABELS, found, strict=True))
+    given = scoreboard.tabulate(scores)
+    figure = scoreboard.draw(given, LABELS, entry.CHANCE, "", "")
     rows = {tick.get_position()[1]: tick.get_text() for tick in figure.axes[0].get_yticklabels()}
     drawn = {" ".join(axes.get_title("left").split()[1:]): axes for axes in figure.axes if axes.lines}
     assert drawn.keys() == set(LABELS.values())
@@ -181,7 +180,7 @@ def test_a_figure_has_each_score_and_its_interval_in_the_row_that_names_its_mode
         (dots,) = [line for line in drawn[label].lines if line.get_marker() == "o"]
         (whiskers,) = drawn[label].collections
         chance = {line.get_xdata()[0] for line in drawn[label].lines if line.get_linestyle() == ":"}
-        assert chance == {level for start, level in CHANCE.items() if name.startswith(start)}
+        assert chance == {level for start, level in entry.CHANCE.items() if name.startswith(start)}
         known = given.select("model", name, f"{name}_low", f"{name}_high").drop_nulls().rows()
         assert [rows[y] for y in dots.get_ydata()] == [model for model, *_ in known], name
         ends = [segment[:, 0] for segment in whiskers.get_segments()]
@@ -202,7 +201,7 @@ def few(monkeypatch):
             looming.declared, clips=looming.declared.clips[::4])),
     }  # fmt: skip
     monkeypatch.setattr(tasks, "TASKS", kept)
-    monkeypatch.setattr("experiments.paper.benchmark.run.TASKS", kept)
+    monkeypatch.setattr(entry, "TASKS", kept)
     entry.digest.cache_clear()
     yield
     entry.digest.cache_clear()
@@ -243,7 +242,7 @@ def test_every_forged_score_and_every_missing_row_is_found(tmp_path, few):
     (folder / "entry.json").write_text(json.dumps({**true, "digest": "0"}))
     with pytest.raises(UsageError, match="CB-1"):
         entry.forged(folder)
-    parts = tasks.plans(("lgmd1",))
+    parts = tasks.plans("lgmd1")
     assert entry.missing(kept, parts) == [] != entry.missing(kept[:-1], parts)
     assert entry.missing(pl.concat([kept, kept[:1]]), parts)
     (folder / "entry.json").write_text(json.dumps(true))

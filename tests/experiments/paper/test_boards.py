@@ -1,4 +1,4 @@
-"""The leaderboard: scores of generated tables, the golden tests of stimuli, and a board with a user's own model."""
+"""The leaderboard: scores of generated tables, and ranks."""
 
 import dataclasses
 
@@ -7,35 +7,21 @@ import polars as pl
 import pytest
 
 from dsnn import MODELS
-from experiments.base.errors import UsageError
 from experiments.declare.clip import Clip
-from experiments.declare.experiment import Translation
 from experiments.judge.judge import SIGNED
-from experiments.kinds.result import perform
 from experiments.paper import boards as board
-from experiments.paper.benchmark.rows import RESPONSES, response
+from experiments.paper.benchmark.rows import ROWS, row_of
 from experiments.paper.boards import DIRECTION, LOOMING
 from experiments.paper.claims.clips import answer
 from experiments.settings.models import choose
 from experiments.show.clips import ClipTrial
 from experiments.store.asked import Asked
-from experiments.store.workers import Workers
-from tests.helpers import user_files
-
-
-def planned(*models):
-    """The plan of a board of these models, at one repeat."""
-    return board.plan(Asked(kind="leaderboard", models=models, only=True, repeats=1))
 
 
 def table(*rows):
     """Responses; each row is a condition of its own where it names none."""
     made = [{"condition": f"c{i}", "model": "m", **row} for i, row in enumerate(rows)]
-    return pl.DataFrame([dict.fromkeys(RESPONSES) | row for row in made], RESPONSES)
-
-
-def translations(right, **more):
-    return [{"shown": way, "right": way in right, **more} for way in SIGNED]
+    return pl.DataFrame([dict.fromkeys(ROWS) | row for row in made], {"model": pl.String, **ROWS})
 
 
 def extremes(hs=(0.0, 0.0), vs=(0.0, 0.0)):
@@ -50,27 +36,16 @@ def test_the_strongest_potential_of_both_systems_is_the_answer():
     assert answer(extremes((-0.3, 0.3))) is answer(extremes()) is None, "two alike, or silence, is no answer"
 
 
-def test_shares_are_of_translations_and_have_clopper_and_pearson_s_interval():
-    scores = board.direction_scores(table(*translations(SIGNED) * 5), table(*translations(["upward"])))
-    assert (scores["direction_robot"].value, scores["direction_robot"].high, scores["direction_robot"].n) == (1, 1, 20)
-    assert scores["direction_robot"].low == pytest.approx(0.025 ** (1 / 20))
-    assert scores["direction_clips"].value == 0.25
-    assert scores["auc_robot"] is None, "nothing moved in depth"
-    spiking = [{"shown": "background", "spiked": spiked} for spiked in (True, False)]
-    clips = table(*spiking, {"shown": "rightward", "spiked": True}, {"shown": "background"})
-    assert board.direction_scores(table(), clips)["false_alarms"].value == 0.5, "of backgrounds, of spiking models"
-
-
 def test_alarms_and_seconds_of_a_clip_are_by_its_own_frame_rate():
     """Spikes 40 frames apart are one alarm at 100 frames/s, and would be two at 30."""
     trial = ClipTrial("looming", 0, 0, 4, Clip("near", "looming", {"fps": 100.0}), ())
     clip = list(trial.condition.build(4))
     spikes = np.zeros(len(clip), int)
     spikes[[-60, -20]] = 1
-    row = {**extremes(), "model": "m", "experiment": "looming", "stimulus": "looming", "object": None, "fps": 100.0,
-           "motion": "looming", "hs_spikes": None, "vs_spikes": None, "looming_spikes": 2, "peak_looming": 0.8,
-           "frames": len(clip)}  # fmt: skip
-    found = response(row, trial, pl.DataFrame({"looming_spikes": spikes}))
+    row = {**extremes(), "model": "m", "trial": 0, "seed": 4, "experiment": "looming", "stimulus": "looming",
+           "object": None, "fps": 100.0, "motion": "looming", "hs_spikes": None, "vs_spikes": None, "looming_spikes": 2,
+           "peak_looming": 0.8, "frames": len(clip)}  # fmt: skip
+    found = row_of(row, trial, pl.DataFrame({"looming_spikes": spikes}))
     assert (found["alarms"], found["seconds"], found["shown"]) == (1, len(clip) / 100, "looming")
     assert found["contact_s"] == pytest.approx(clip[-60].truth.time_to_contact_s)
 
@@ -101,7 +76,7 @@ def test_scores_of_an_ideal_looming_detector_of_a_silent_one_and_of_one_without_
     assert without["auc_recession"].value == 1.0
 
 
-def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypatch):
+def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name():
     """Of a model without any score nothing is known: it comes last."""
     given = {"loom": (0, 0), "b": (3, 1), "c": (3, 3), "d": (4, 0), "a": (3, 1), "gone": None}
     rows = []
@@ -112,11 +87,10 @@ def test_models_rank_by_the_first_mean_then_by_the_second_then_by_name(monkeypat
         rows += [*ways, {"shown": "looming", "strength": 0.5, "model": name}] if value else []
     shown = table(*rows)
     models = [dataclasses.replace(choose("emd"), label=name) for name in given]
-    (ranked,) = board.rank({DIRECTION: models}, {"robot": shown, DIRECTION: shown}, {"us_99x72": {"c": [4.0]}}).values()
+    (ranked,) = board.rank({DIRECTION: models}, {"robot": shown, DIRECTION: shown}).values()
     assert ranked["model"].to_list() == ["d", "c", "a", "b", "loom", "gone"]
     second = ranked.row(1, named=True)
-    assert (second["direction_robot"], second["direction_robot_n"], second["us_99x72"]) == (0.75, 4, 4.0)
-    assert second["us_99x72_low"] is second["false_alarms"] is None, "one round has no interval"
+    assert (second["direction_robot"], second["direction_robot_n"], second["false_alarms"]) == (0.75, 4, None)
 
 
 def test_each_model_stands_on_the_boards_of_its_channels():
@@ -125,38 +99,3 @@ def test_each_model_stands_on_the_boards_of_its_channels():
     assert boards[DIRECTION] & boards[LOOMING] == {"hybrid"}
     assert boards[LOOMING] == {name for name in MODELS if "looming" in MODELS[name].channels}
     assert boards[DIRECTION] | boards[LOOMING] == set(MODELS)
-
-
-@pytest.fixture
-def few(monkeypatch):
-    """A board of two robot trials and a few clips, without timing."""
-    whole = board.tasks_of
-
-    def some(file):
-        for name, task in whole(file).items():
-            kept = (
-                {"design": Translation((10.0,), (6.0,), "both")}
-                if name == "robot"
-                else {"clips": task.declared.clips[::15]}
-            )
-            yield name, dataclasses.replace(task, declared=dataclasses.replace(task.declared, **kept))
-
-    monkeypatch.setattr(board, "tasks_of", lambda file: dict(some(file)))
-    monkeypatch.setattr(board, "time_models", lambda models, shape: {model.label: [1.0] for model in models})
-
-
-def test_a_user_s_model_is_ranked_and_the_folder_goes_on(tmp_path, capsys, few):
-    (tmp_path / "my_model.py").write_text(user_files.MODEL)
-    plan = planned("lgmd1", str(tmp_path / "my_model.py"))
-    run = perform(plan, tmp_path / "out", Workers(0))
-    boards = board.tables(run)
-    assert run.failures.is_empty()
-    assert boards[DIRECTION].select("model", "direction_robot", "direction_robot_n").rows() == [("gradient", 1.0, 2)]
-    assert boards[LOOMING]["model"].to_list() == ["lgmd1"]
-    again = board.tables(perform(plan, tmp_path / "out", Workers(0)))
-    assert capsys.readouterr().err.count(" of them done already") == 5
-    for kind in (DIRECTION, LOOMING):
-        assert boards[kind].equals(again[kind])
-        assert pl.read_csv(tmp_path / "out" / f"{board.FILES[kind]}.csv").drop_nulls("model").height == 1
-    with pytest.raises(UsageError, match="emd"):
-        perform(planned("emd"), tmp_path / "out", Workers(0, quiet=True))

@@ -9,7 +9,7 @@ from dsnn import DSNN
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import visit
 from experiments.kinds import episodes as behave
-from experiments.paper.benchmark import run as benchmark
+from experiments.paper.benchmark import entry as benchmark
 from experiments.settings.settings import watchers
 from experiments.show.play import play
 from experiments.store.asked import Asked
