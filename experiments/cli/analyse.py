@@ -13,7 +13,7 @@ from experiments.base.console import count, error_console, out_console, show_fil
 from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
-from experiments.kinds.tables import BOARDS, shipped
+from experiments.kinds.tables import KINDS, shipped
 from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 
@@ -98,7 +98,7 @@ def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> i
     """Judge the claims of models' own papers, and show them."""
     from experiments.draw.terminal import show_verdicts
 
-    verdicts, failures = shipped(BOARDS["reproduction"]).judge_models(folder, names, seed, pool)
+    verdicts, failures = shipped(KINDS["reproduction"].removesuffix(":KIND")).judge_models(folder, names, seed, pool)
     if not pool.quiet:
         show_verdicts(verdicts, model=True)
         show_files(folder, count(len(verdicts), "claim"))
@@ -163,7 +163,7 @@ def benchmark(
         return options.finish(asked, out, pool)
     error_console.print(f"note: this runs the code in {verify} with your rights")
     drawn = secrets.randbelow(2**31) if seed is None else seed
-    found, how = shipped(BOARDS["entry"]).verify(verify, sample, drawn, pool)
+    found, how = shipped(KINDS["benchmark"].removesuffix(":KIND")).verify(verify, sample, drawn, pool)
     for line in found[:MOST_NAMED]:
         out_console.print(f"differs: {line}")
     out_console.print(f"{f'{verify} does not agree: {len(found)} differences' if found else f'{verify} agrees'}. {how}")

@@ -75,12 +75,6 @@ STUDIES: Mapping[str, str] = {
 PLANS: Mapping[str, str] = {"studies": "experiments.paper.studies.plans:PLANS"}
 """What plans the studies of which a `Study` does not say all: study -> function of it and of what was asked."""
 
-BOARDS: Mapping[str, str] = {
-    "reproduction": "experiments.paper.reproduce",
-    "entry": "experiments.paper.benchmark.entry",
-}
-"""What is made of many runs -> its module."""
-
 
 def kind_of(name: str) -> Any:
     """Return a kind of run, a `experiments.kinds.result.Kind`, by its name in ``run.json``."""

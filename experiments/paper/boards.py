@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from experiments.base.console import count, out_console, show_files
-from experiments.base.files import Files
+from experiments.base.console import show_files
+from experiments.base.files import Files, read_json
 from experiments.draw import scoreboard
-from experiments.judge.judge import SIGNED
-from experiments.judge.roc import alarm_rate, area, share
+from experiments.judge.roc import alarm_rate
 from experiments.judge.tests import Score
 from experiments.kinds.result import Kind, Run
 from experiments.paper.benchmark.entry import numbers
-from experiments.paper.benchmark.rows import ROWS, rows_in
+from experiments.paper.benchmark.rows import ROWS, Measure, rows_in, showing
 from experiments.paper.benchmark.tasks import FILE, tasks_of
 from experiments.settings.models import COMPARED, ConfiguredModel, shown_models
 from experiments.settings.settings import watchers
@@ -33,8 +32,9 @@ FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
 """Board -> name of its table, without its ending."""
 RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
-NOTE = "Next to a score: its 95 % interval, with the repeats of a condition as one cluster."
-TRANSLATION, DEPTH = tuple(SIGNED), ("looming", "receding")
+SCORES = {board: {kept.pop("name"): Measure(**kept, channels=()) for kept in declared}
+          for board, declared in read_json(FILE.with_name("boards.json")).items()}  # fmt: skip
+"""Board -> its measures, by name, of the robot's trials or of clips."""
 
 
 def plan(asked: Asked) -> Plan[Any]:
@@ -66,6 +66,14 @@ def plan(asked: Asked) -> Plan[Any]:
     return Plan(asked, "leaderboard", parts=parts)
 
 
+def score(measure: Measure, rows: pl.DataFrame) -> Score | None:
+    """Return a model's score by a measure of a board; ``None`` where it does not apply."""
+    rows = rows.with_columns(cluster="condition", answered=pl.col("alarms") > 0)
+    if measure.column == "contact_s":
+        return contact(rows, *measure.shown)
+    return alarm_rate(showing(rows, measure.shown)) if measure.column == "alarms" else measure.score(rows)
+
+
 def contact(table: pl.DataFrame, shade: str) -> Score | None:
     """Return the time to contact at the first spike, s: median over l/v, smallest and largest.
 
@@ -74,36 +82,6 @@ def contact(table: pl.DataFrame, shade: str) -> Score | None:
     approaches = rf"^{LOOMING}-even {shade} looming [\d.]+ s$"
     times = table.filter(pl.col("condition").str.contains(approaches))["contact_s"].drop_nulls().to_list()
     return Score(float(np.median(times)), min(times), max(times), len(times)) if times else None
-
-
-def direction_scores(robot: pl.DataFrame, clips: pl.DataFrame) -> dict[str, Score | None]:
-    """Return the scores of one direction model from all its responses; ``None`` where one does not apply."""
-    across = pl.col("shown").is_in(TRANSLATION)
-    return {
-        "direction_robot": share(robot.filter(across), "right"),
-        "direction_clips": share(clips.filter(across), "right"),
-        "auc_robot": area(robot, "strength", TRANSLATION, DEPTH),
-        "auc_clips": area(clips, "strength", TRANSLATION, DEPTH),
-        "false_alarms": share(clips.filter(shown="background"), "spiked"),
-    }
-
-
-def looming_scores(robot: pl.DataFrame, clips: pl.DataFrame) -> dict[str, Score | None]:
-    """Return the scores of one looming model from all its responses; ``None`` where one does not apply."""
-    looming, receding, others = ("looming",), ("receding",), ("grating", "background")
-    return {
-        "auc_translation_robot": area(robot, "looming", looming, TRANSLATION),
-        "auc_recession_robot": area(robot, "looming", looming, receding),
-        "auc_translation": area(clips, "looming", looming, TRANSLATION),
-        "auc_recession": area(clips, "looming", looming, receding),
-        "auc_background": area(clips, "looming", looming, others),
-        "answered": share(clips.filter(shown="looming").with_columns(spiked=pl.col("alarms") > 0), "spiked"),
-        "contact_dark_s": contact(clips, "dark"),
-        "contact_light_s": contact(clips, "light"),
-        "alarms_translation": alarm_rate(clips.filter(pl.col("shown").is_in(TRANSLATION))),
-        "alarms_gratings": alarm_rate(clips.filter(shown="grating")),
-        "alarms_background": alarm_rate(clips.filter(shown="background")),
-    }
 
 
 def rank(models: Mapping[str, Models], responses: Mapping[str, pl.DataFrame]) -> dict[str, pl.DataFrame]:
@@ -120,13 +98,14 @@ def rank(models: Mapping[str, Models], responses: Mapping[str, pl.DataFrame]) ->
         Board -> its table as `scoreboard.tabulate` has it, the best model on top.
     """
     boards = {}
-    for board, scores in {DIRECTION: direction_scores, LOOMING: looming_scores}.items():
+    for board, declared in SCORES.items():
         found = {}
         for model in models.get(board, ()):
             # A model that only reports where motion is has no potential to score.
             label = model.label if model.counted else None
-            own = (responses[part].filter(pl.col("model") == label) for part in (ROBOT, board))
-            found[model.label] = {name: numbers(score) for name, score in scores(*own).items()}
+            own = {part: rows.filter(pl.col("model") == label) for part, rows in responses.items()}
+            found[model.label] = {name: numbers(score(measure, own[ROBOT if measure.task == ROBOT else board]))
+                                  for name, measure in declared.items()}  # fmt: skip
         if found:
             table = scoreboard.tabulate(found)
             order = [pl.mean_horizontal(name for name in measures(table) if name.startswith(start))
@@ -160,22 +139,12 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
         Files(out).write_rows(f"{FILES[board]}.csv", table.to_dicts())
 
 
-# Reading it.
-
-
-def tables(run: Run) -> dict[str, pl.DataFrame]:
-    """Return board -> its table, of the boards that a run has."""
-    there = {board: run.folder / f"{file}.csv" for board, file in FILES.items()}
-    return {board: pl.read_csv(path) for board, path in there.items() if path.is_file()}
-
-
 def show(run: Run) -> None:
     """Print the boards of a run, and where everything is."""
-    boards = tables(run)
-    for name, table in boards.items():
-        scoreboard.show(table, measures(table), f"Ranked by {name}")
-        out_console.print(f"{NOTE} Empty: does not apply, or no response.")
-    show_files(run.folder, count(len({name for table in boards.values() for name in table["model"]}), "model"))
+    for path in sorted(run.folder.glob("*.csv")):
+        table = pl.read_csv(path)
+        scoreboard.show(table, measures(table), f"Ranked by {path.stem}, with 95 % intervals")
+    show_files(run.folder, "leaderboard")
 
 
 KIND = Kind(plan, work, "colias benchmark has a figure", show, renders=None, summary="leaderboard.csv", whole=True)

@@ -29,7 +29,7 @@ from experiments.base.user_code import digests, is_own, sha256
 from experiments.declare.outcome import MARGIN
 from experiments.judge.roc import median_interval
 from experiments.judge.tests import Score
-from experiments.kinds.result import Kind, Run
+from experiments.kinds.result import Kind, Run, load
 from experiments.paper.benchmark.rows import MEASURES, ROWS, Sides, difference, rows_in, summed
 from experiments.paper.benchmark.tasks import NAME, TASKS, digest_of, document, plans
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_model
@@ -140,7 +140,7 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     }  # fmt: skip
     Files(out).write_json(ENTRY, entry)
     entry = read(out)
-    style.save(_figure(entry), out / "figure")
+    style.save(draw(load(out)), out / "figure")
     lines, state = lines_of(entry), entry["cost"]["state_bytes"]
     Files(out).write_rows("scores.csv", lines)
     heads = dict(zip(lines[0], lines[0], strict=True)), dict.fromkeys(lines[0], "---")
@@ -289,16 +289,13 @@ def board(entries: Iterable[Mapping[str, Any]], names: Sequence[str], title: str
     return scoreboard.draw(scoreboard.tabulate(scores), {name: name for name in names}, CHANCE, title, NOTE)
 
 
-def _figure(entry: Mapping[str, Any]) -> Figure:
+def draw(run: Run) -> Figure:
+    """Draw the scores of a run beside those of the models that ship."""
+    entry = read(run.folder)
     others = [other for other in shipped() if other["model"] != entry["model"]]
     names = [name for name in (*entry["scores"]["public"], COST) if score_of(entry, name)
              and (name not in MEASURES or MEASURES[name].task not in VARIANTS)]  # fmt: skip
     return board((entry, *others), names, f"{entry['model']} and the models that ship")
-
-
-def draw(run: Run) -> Figure:
-    """Draw the scores of a run beside those of the models that ship."""
-    return _figure(read(run.folder))
 
 
 def show(run: Run) -> None:

@@ -124,7 +124,7 @@ class Measure:
         """Return the score of a task's rows, with its interval; ``None`` where there was no response."""
         if self.against:
             return area(rows.with_columns(condition="cluster"), self.column, self.shown, self.against)
-        if self.column == "right":
+        if rows.schema.get(self.column) == pl.Boolean:
             return share(showing(rows, self.shown).with_columns(condition="cluster"), self.column)
         means = [*self.sides(rows)[0].values()]
         return summarise(means) if means else None

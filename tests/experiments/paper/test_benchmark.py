@@ -7,21 +7,20 @@ import math
 import re
 import shutil
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 
 from experiments.base.errors import UsageError
+from experiments.cli import main
 from experiments.declare.experiment import Listed
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
-from experiments.kinds.result import perform, planned
 from experiments.paper.benchmark import entry, tasks
 from experiments.paper.benchmark.rows import MEASURES, ROWS, difference, summed
-from experiments.store.asked import Asked
 from experiments.store.tables import table
-from experiments.store.workers import Workers
 
 LABELS = {name: name for name in ("direction, robot", "AUC against background", "gain of AUC over the best control")}
 BOTH = ("hs", "vs", "looming")
@@ -33,35 +32,8 @@ DIGESTS = {
 }
 MEASURED = "680cb1df345c15af71ff24e0b89c8e7b057a6c1689e655d640db87900e22bb1f"
 """Of CB-1. It may be another one only under another name."""
-TUNED = """
-from dsnn import MODELS, ModelEntry, Response
-from experiments.paper.benchmark.tasks import TASKS
-
-WAYS = {"rightward": (2.0, 0.0), "leftward": (-2.0, 0.0), "downward": (0.0, 2.0), "upward": (0.0, -2.0)}
-LOOK, USUAL = 40, MODELS["dsn2017"]
-SEEN = {trial.condition.build(trial.seed)[LOOK].luma.tobytes(): WAYS[trial.way()]
-        for trial in TASKS["clutter"].plan(("dsn2017",), 0).trials}
-
-
-class Tuned:
-    def __init__(self, shape, parameters):
-        self.model = USUAL.build(shape, parameters)
-        self.reset()
-
-    def reset(self):
-        self.model.reset()
-        self.count, self.known = 0, None
-
-    def step(self, frame, *, channels="grey", maps=False):
-        if self.count == LOOK:
-            self.known = SEEN.get(frame.tobytes())
-        self.count += 1
-        answer = self.model.step(frame)
-        return Response(*self.known) if self.known else answer
-
-
-MODEL = ModelEntry("tuned", "dsn2017 that remembers the public clips", Tuned, USUAL.offline)
-"""
+PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "benchmark.md"
+TUNED = re.findall(r"```text\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[0]
 
 
 def scores_of_made_up_rows():
@@ -207,16 +179,15 @@ def few(monkeypatch):
     entry.digest.cache_clear()
 
 
-def entered(folder, model, **options):
+def entered(folder, model, *options):
     """The folder of a new entry."""
-    asked = Asked(kind="benchmark", models=(str(model),), only=True, options=options)
-    perform(planned(asked), folder, Workers(0, quiet=True))
+    assert main.command(["benchmark", str(model), *options, "--out", str(folder), "--workers", "0"]) == 0
     return folder
 
 
-def test_a_tuned_model_of_a_file_shows_its_gap_and_is_verified(tmp_path, few):
+def test_a_tuned_model_of_a_file_shows_its_gap_and_is_verified(tmp_path, few, capsys):
     (tmp_path / "tuned.py").write_text(TUNED)
-    folder = entered(tmp_path / "entry", tmp_path / "tuned.py", round="a beacon")
+    folder = entered(tmp_path / "entry", tmp_path / "tuned.py", "--round", "a beacon")
     made = entry.read(folder)
     scores = {seeds: made["scores"][seeds]["direction, clutter"][0] for seeds in ("public", "round")}
     gap = made["scores"][entry.GAP]["direction, clutter"]
@@ -225,8 +196,8 @@ def test_a_tuned_model_of_a_file_shows_its_gap_and_is_verified(tmp_path, few):
     assert (folder / "model" / "tuned.py").read_text() == TUNED
     shutil.move(folder, tmp_path / "sent")
     (tmp_path / "tuned.py").unlink()
-    found, how = entry.verify(tmp_path / "sent", 0.1, 7, Workers(0, quiet=True))
-    assert not found and "to the bit" in how
+    check = ["benchmark", "--verify", str(tmp_path / "sent"), "--sample", "0.1", "--workers", "0"]
+    assert main.command(check) == 0 and "to the bit" in capsys.readouterr().out.replace("\n", " ")
 
 
 def test_every_forged_score_and_every_missing_row_is_found(tmp_path, few):
