@@ -140,9 +140,7 @@ def fit(
 
 def benchmark(
     model: Annotated[str | None, typer.Argument(help="A name, or a .py file.")] = None,
-    beacon: Annotated[
-        str, typer.Option("--round", metavar="SEED", help="A round's number that nobody chose: its trials are run too.")
-    ] = "",
+    beacon: Annotated[str, typer.Option("--round", metavar="SEED", help="A round's number: add its trials.")] = "",
     verify: Annotated[Path | None, typer.Option(metavar="ENTRY", help="Check this entry.")] = None,
     sample: Annotated[float, typer.Option(help="With --verify: the share of its trials that is done again.")] = 0.1,
     seed: Annotated[int | None, typer.Option(help="With --verify: what draws them; otherwise nobody knows it.")] = None,

@@ -26,11 +26,10 @@ from experiments.base.errors import UsageError
 from experiments.base.files import Files, read_json, read_parquet
 from experiments.base.streams import stream
 from experiments.base.user_code import digests, is_own, sha256
-from experiments.declare.outcome import MARGIN
 from experiments.judge.roc import median_interval
 from experiments.judge.tests import Score
 from experiments.kinds.result import Kind, Run, load
-from experiments.paper.benchmark.rows import MEASURES, ROWS, Sides, difference, rows_in, summed
+from experiments.paper.benchmark.rows import MARGINS, MEASURES, ROWS, Sides, difference, rows_in, summed
 from experiments.paper.benchmark.tasks import NAME, TASKS, digest_of, document, plans
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_model
 from experiments.settings.settings import watchers
@@ -49,11 +48,6 @@ ENTRY, TRIALS, MODEL = "entry.json", "trials.parquet", "model"
 GAP = "public less round"
 """Scores by the paired difference of both: what a model that was tuned on the public seeds loses."""
 KEY = ("seeds", "task", "trial", "control")
-MARGINS = {
-    "strength": MARGIN["potential"], "looming": MARGIN["potential"], "alarms": 1.0, "contact_s": 0.1, "flow_r": 0.02,
-    "on_target": 0.05,
-}  # fmt: skip
-"""Column -> difference that another renderer or CPU explains; shares of its value as large are explained too."""
 WORDS, FLIPPED = ("right", "spiked"), 0.05
 """Columns of words, and the share of them that may differ there."""
 SHIPPED = Path(__file__).parent / "entries"

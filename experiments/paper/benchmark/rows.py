@@ -161,10 +161,11 @@ def fastest(rows: pl.DataFrame) -> pl.DataFrame:
 
 
 DECLARED = read_json(FILE.with_name("measures.json"))
-MEASURES: Mapping[str, Measure] = {kept.pop("name"): Measure(**kept) for kept in DECLARED}
+MEASURES: Mapping[str, Measure] = {kept.pop("name"): Measure(**kept) for kept in DECLARED["measures"]}
 """Name -> measure, but for the gains and costs. AUC: area under the ROC curve of the looming potential's peak."""
-GAINS = {f"gain of {name} over the best control": f"{name}{more}, robot"
-         for name, more in (("direction", ""), ("AUC", " against all else"))}  # fmt: skip
+MARGINS: Mapping[str, float] = DECLARED["margins"]
+"""Column -> difference that another renderer or CPU explains; shares of its value as large are explained too."""
+GAINS: Mapping[str, str] = DECLARED["gains"]
 """Gain over the best control -> the measure whose score it is of."""
 
 

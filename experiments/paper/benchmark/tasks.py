@@ -72,11 +72,9 @@ def tasks_of(file: Path) -> dict[str, Task]:
         if shown is None:
             clips = [Clip(*clip) for clip in kept["clips"]]
             declared: Any = OfflineExperiment(*about, clips, ("dsnn",), (), repeats)
-        elif isinstance(shown, str):
-            declared = Experiment(*about, found[shown].declared.design, "speed_cm_s", repeats)
         else:
-            listed = Listed(tuple(Condition(**condition) for condition in shown))
-            declared = Experiment(*about, listed, "speed_cm_s", repeats)
+            own = Listed(tuple(Condition(**one) for one in shown)) if isinstance(shown, list) else None
+            declared = Experiment(*about, own or found[shown].declared.design, "speed_cm_s", repeats)
         values, options = kept.get("values", {}), kept.get("options", {})
         found[name] = Task(kept["seconds"], tuple(kept["channels"]), declared, values, options)
     return found
