@@ -28,7 +28,7 @@ On the floor ``experiments`` stand the scripts, ``wiring`` and the face.
 """
 BESIDE = ("dsnn", "colias_sim")
 """Two floors that do not know each other, but for the leaves of ``dsnn`` below both."""
-NAMED = ("KINDS", "EXPERIMENTS", "BEHAVIOURS", "CLAIMS", "STUDIES", "PLANS", "BOARDS")
+NAMED = ("KINDS", "EXPERIMENTS", "BEHAVIOURS", "CLAIMS", "STUDIES", "PLANS")
 """The tables of strings that name modules of ours."""
 WIRING = "experiments.wiring"
 """What `colias_sim` names by a string, for models and arenas that users write."""

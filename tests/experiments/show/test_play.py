@@ -9,7 +9,7 @@ from dsnn import DSNN
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import visit
 from experiments.kinds import episodes as behave
-from experiments.paper import boards as leaderboard
+from experiments.paper.benchmark import entry as benchmark
 from experiments.settings.settings import watchers
 from experiments.show.play import play
 from experiments.store.asked import Asked
@@ -62,7 +62,7 @@ def episode():
 
 
 def costs():
-    return leaderboard.time_models(watchers(("emd",)), (24, 32))
+    return benchmark.time_models(watchers(("emd",)), (24, 32))
 
 
 @pytest.mark.parametrize("work", [trial, episode, costs])
