@@ -131,9 +131,9 @@ def test_a_figure_has_the_table_s_numbers_at_the_levels_that_its_ticks_name(kind
             row = {"claim": claim, "holds": held, "fails": 0, "unknown constants": 0, "not shown": 5 - held}
             row |= {"low": held / 10, "high": held / 10 + 0.5}
             counts.append(point | row | ({"holds": 0, "unknown constants": held} if claim == "C14" else {}))
-            at = (
-                ("", claim, f"{x:g}, {y:g}, {model}") if kind == "named" else (f"- ({claim}), {model}", f"{x:g}", level)
-            )
+            at = (f"- ({claim}), {model}", f"{x:g}", level)
+            if kind == "named":
+                at = ("", f"- ({claim})", f"{x:g}, {y:g}, {model}")
             text = f"{held}/5{'h' * (claim == 'C14')}" if held else "-"
             expected[at] = held / 5 if held else math.nan, text if flat else pytest.approx((row["low"], row["high"]))
         for measure in () if kind == "named" else ("peak: dark", "peak: light"):
