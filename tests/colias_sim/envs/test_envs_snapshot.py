@@ -43,7 +43,7 @@ def test_six_drawn_envs_go_on_to_the_bit(tmp_path):
 
 REST = {
     "Simulation": "model data scene camera_config obstacles everyone _queuing frame_interval _steps _command_steps"
-    " command_interval _lamps _wall_quat eye_of _kind _robot _variants",
+    " command_interval _lamps _wall_quat eye_of _kind _robot _variants event_camera",
     "Robot": "name config _data _radius _track _forces _qpos _qvel _left _right",
     "ParkedRobot": "name _pos _quat",
     "Motors": "_config _step",
