@@ -64,13 +64,7 @@ CELLS = tuple(product(EYES, WHEELS))
 """Every eye and drive of the study `fidelity`; the first are those of a reproduction."""
 FIRST = "parts/000000-trials.parquet"
 """The first trial of a run that is under way."""
-ROBOTS_EYE = CELLS.index(("ov7670", CELLS[0][1]))
-HEADS = (
-    "robot's camera, 30 steps/s",
-    "the same on equal terms",
-    "gamma on, 15 steps/s",
-    "gamma on, metered, 15 steps/s",
-)
+HEADS = ("robot's camera, 30 steps/s", "on equal terms", "gamma on, 15 steps/s", "gamma on, metered, 15 steps/s")
 SUMMED = dict(zip(why.CORNERS, HEADS, strict=True))
 """Corner of the study `why` that the summary shows -> its head."""
 
@@ -267,10 +261,8 @@ def verdict(count: Count | None) -> str:
 def summary(results: Mapping[str, Any]) -> str:
     """Tell what claims of the robot came to, with the default camera and in the corners of the study `why`."""
     default = {claim: under[0] for claim, under in counts(results).items()}
-    corners: dict[tuple[str, ...], Count | None] = {
-        (claim, *why.CORNERS[0]): under[ROBOTS_EYE] for claim, under in counts(results).items()
-    } | {(row["claim"], row["gamma"], f"{row['steps a second']:g}"): Count(**row["count"])
-         for row in results["map"]["counts"]}  # fmt: skip
+    corners = {(row["claim"], row["gamma"], f"{row['steps a second']:g}"): Count(**row["count"])
+               for row in results["map"]["counts"]}  # fmt: skip
     rows = [[f"{says} ({claim})", verdict(default.get(claim)),
              *(verdict(corners.get((claim, *corner))) for corner in SUMMED)]
             for claim, says in SUMMARY.items()]  # fmt: skip
