@@ -99,8 +99,8 @@ def best(cells: pl.DataFrame) -> str:
     """Return at which points most claims hold in every replicate, and how many; ``cells`` as for `finding`."""
     judged = cells.filter("judged")
     held = judged.group_by("point", maintain_order=True).agg((pl.col("value").cast(float) == 1.0).sum())
-    most, number = held["value"].max(), judged["what"].n_unique()
-    points: list[str] = held.filter(value=most)["point"].to_list()
+    most, number = max(held["value"].to_list(), default=0), judged["what"].n_unique()
+    points = held.filter(value=most)["point"].to_list()
     where = points[0] if len(points) == 1 else f"{len(points)} of {len(held)} points"
     phrases = [f"At most {most} of {number} claims hold, at {where}", *points[: len(points) * (1 < len(points) < 4)]]
     return "; ".join(phrases) if most else "No claim holds in every replicate"

@@ -1,4 +1,4 @@
-"""The leaderboard: scores of generated tables. Ranks, and which model is on which board, are those of the golden run."""
+"""The leaderboard: scores of generated tables. Ranks and who is on a board are the golden run's."""
 
 import numpy as np
 import polars as pl
