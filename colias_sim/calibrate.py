@@ -523,6 +523,13 @@ def row_time(films: Sequence[Images], fps: float) -> Measured:
     fps
         Frames per second.
 
+    Returns
+    -------
+    dict
+        Parameter of the camera -> value.
+    list of str
+        What is doubtful about it.
+
     Raises
     ------
     CalibrationError
@@ -546,6 +553,11 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
         (T, R, C): the first is the scene without the object.
     fps
         Frames per second.
+
+    Yields
+    ------
+    tuple of float
+        Lean, px a row, and speed, px/s.
     """
     empty, placed = frames[0].astype(np.float64), {}
     for number, frame in enumerate(frames[1:], start=1):
@@ -563,7 +575,20 @@ def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
 
 
 def exposure(films: Sequence[Images]) -> Measured:
-    """Measure the exposure loop, as `noise` measures noise, from films after the light has changed, until they rest."""
+    """Measure the exposure loop, as `noise` measures noise.
+
+    Parameters
+    ----------
+    films
+        Frames (T, R, C) of still scenes after the light has changed, until the picture rests.
+
+    Returns
+    -------
+    dict
+        Parameter of the camera -> value.
+    list of str
+        What is doubtful about it.
+    """
     step, steps, certain = exposure_loop(films)
     if not certain:
         return {}, [f"the exposure's step is uncertain (folders: {len(films)}); take more, from brighter and darker"]
