@@ -1,6 +1,5 @@
-"""The style of figures: colours apart in grey, means and intervals of the data, labels clear of each other, bytes."""
+"""The style of figures: means and intervals of the data, and scales that show all."""
 
-import numpy as np
 import polars as pl
 import pytest
 from matplotlib.figure import Figure
@@ -32,15 +31,3 @@ def test_an_axis_is_logarithmic_where_its_values_span_more_than_two_decades_and_
     style.decades(axes, pl.Series(values))
     low, high = axes.get_xlim()
     assert axes.get_xscale() == scale and low <= 0.0 and high > max(values)
-
-
-def test_labels_of_lines_that_end_together_do_not_collide(tmp_path):
-    figure = Figure(figsize=(4.0, 3.0), layout="constrained")
-    axes = figure.subplots()
-    axes.set(xlim=(0, 1), ylim=(0, 1))
-    style.label_ends(axes, [(1.0, y, str(y), palette.INK) for y in (0.5, 0.51, 0.1, 0.52)])
-    style.save(figure, tmp_path / "labels")
-    placed = sorted(axes.texts, key=lambda text: text.get_window_extent().y0)
-    assert [text.get_text() for text in placed] == ["0.1", "0.5", "0.51", "0.52"], "in the order of the lines"
-    heights = [text.get_window_extent().y0 * 72.0 / figure.dpi for text in placed]
-    assert min(np.diff(heights)) > style.SMALL

@@ -122,22 +122,6 @@ def test_a_flipped_bit_costs_its_own_record_alone(place, data):
     assert frames.rows() == [row for index, row in enumerate(EXPECTED, 1) if index != place]
 
 
-FOREIGN = (
-    "status,3,ok", "", "frame,0,3", "frame,0,1,99,99,9,9,9,9,9", "frame,0,1,a,b,1,1,1", "frame,0,1,--5,1,1,1,1",
-    "frame,0,1,99999999999999999999,1,1,1,1", "frame,0,1,-,1,1,1,1", "board,1,stm32f427,33,24,-,-,-,180000000,5,dwt",
-    "board,1,other", "board,1,427,33,24,1,3,40000,180000000,5,dwt", "stack,lots", "end,x",
-)  # fmt: skip
-"""Records of another firmware: whole, and none of ours."""
-
-
-@pytest.mark.parametrize("content", FOREIGN)
-def test_a_record_of_another_firmware_is_skipped_and_counted(content):
-    foreign = b"$%b*%04X\r\n" % (content.encode(), firmware.crc(content.encode()))
-    frames, board, skipped = firmware.decode(b"".join([*sent(), foreign]))
-    assert frames.rows() == EXPECTED and board["board"] == "stm32f427" and skipped == 1
-    assert firmware.log_of(frames, board)["time_s"][0] == 0.04
-
-
 def test_what_one_run_of_the_board_lost_another_has():
     lines = sent()
     assert firmware.decode(b"".join(lines[:3] + lines))[0].rows() == EXPECTED
