@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 
 from colias_sim import GLUnavailable, reference
-from dsnn import forms, native
 from experiments.cli import doctor
 
 
@@ -37,12 +36,6 @@ def test_packages_outside_their_ranges_are_missing_and_those_of_extras_optional(
     assert state == "missing" and "packaging<1" in message and "numpy" not in message and "absent" not in message
     states = {name: (state, "nosuch" in message) for state, name, message in doctor.packages()}
     assert states["extra [train]"] == ("optional", True) and not states["extra [fit]"][1]
-
-
-def test_the_network_without_its_native_form_is_optional(monkeypatch):
-    monkeypatch.delenv(forms.VARIABLE, raising=False)
-    monkeypatch.setattr(native, "missing", lambda: "is not built")
-    assert found()["network"][0] == "optional"
 
 
 def test_the_reference_frame_is_the_one_that_is_kept():

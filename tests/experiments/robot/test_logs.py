@@ -131,16 +131,6 @@ def test_what_is_wrong_is_named_by_its_line_and_nothing_is_written(what, tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
 
 
-def test_a_cell_of_a_log_runs_no_file(tmp_path):
-    """A label of the log that is the path of a file needs the same path after --ran."""
-    (tmp_path / "mine.py").write_text("raise SystemExit")
-    log = written(tmp_path / "log.csv")
-    label = str(tmp_path / "mine.py")
-    pl.read_csv(log).with_columns(model=pl.lit(label)).write_csv(log)
-    with pytest.raises(UsageError, match=r"line 2: no model .*mine\.py"):
-        imported(log, tmp_path / "run")
-
-
 def test_a_log_knows_its_own_rate_and_its_unit_of_time(tmp_path):
     """At 25 frames/s firing rates go by the log's times; milliseconds are not taken for seconds."""
     rows = imported(written(tmp_path / "log.csv", rate=25.0), tmp_path / "run").trials.to_dicts()

@@ -86,14 +86,6 @@ def test_excitation_and_inhibition_are_those_of_the_equations():
     assert near(trial["excitation"], excitation) and near(trial["inhibition"], inhibition)
 
 
-def test_a_mirrored_clip_swaps_excitation_and_inhibition():
-    here, mirrored = trial_of(noise()), trial_of(noise()[:, :, ::-1])
-    assert near(mirrored["excitation"], here["inhibition"]) and near(mirrored["inhibition"], here["excitation"])
-    assert near(mirrored["directional"], -here["directional"]), "it changes its sign with the direction"
-    assert near(mirrored["residue"], here["residue"]), "and this does not"
-    assert np.abs(here["directional"]).max() > 0.01
-
-
 @pytest.mark.parametrize("w_i", [0.0, 0.5, 0.9, 1.0])
 def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
     trial = trial_of(noise(), w_i)
