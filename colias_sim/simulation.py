@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, groupby, pairwise, product
@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from pydantic import validate_call
 
-from colias_sim.camera import Camera, Frame
+from colias_sim.camera import Camera, Frame, cameras
 from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
 from colias_sim.exposure import Render
 from colias_sim.obstacles import obstacles
@@ -35,7 +35,7 @@ TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
 
 
 class Simulation:
-    """A compiled scene with its robots, one of which sees. Use it in a ``with`` statement, or close it.
+    """A compiled scene with its robots, any of which may see. Use it in a ``with`` statement, or close it.
 
     Only `reset` and `step` draw random numbers, and only from the generators that you pass. So equal seeds give equal
     frames, in any process of a machine and after any number of earlier trials.
@@ -52,7 +52,10 @@ class Simulation:
         Name -> variant of each robot, from `scenes.ROBOTS`. ``None`` for a trial's robots: ``observer``, a ``colias``,
         and ``stimulus``, a ``colias_black``.
     eye_of
-        Name of the robot that sees. It drives.
+        Name of the robot that sees, and whose frame `step` returns. It drives.
+    eyes
+        Names of the robots that see, if these are several, or name -> settings of their cameras. All have one frame
+        rate. `step` returns the frame of ``eye_of``, or of the first if that is none of them.
     fence
         Whether robots collide with the wall.
     seeing
@@ -63,7 +66,8 @@ class Simulation:
     Raises
     ------
     ValueError
-        The arena or a variant is unknown, the arena is refused, or ``eye_of`` is none of the driving robots.
+        The arena or a variant is unknown, the arena is refused, a robot that is to see is none of the driving ones, or
+        cameras differ in their frame rates.
     colias_sim.GLUnavailable
         No OpenGL backend works, unless ``seeing`` is false.
 
@@ -91,11 +95,18 @@ class Simulation:
         fence: bool = False,
         seeing: bool = True,
         truth: bool = False,
+        eyes: Mapping[str, CameraConfig] | Sequence[str] | None = None,
     ) -> None:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
-        self.camera_config = camera
+        named = (eye_of,) if eyes is None else eyes
+        seen_by = {name: named[name] if isinstance(named, Mapping) else camera for name in named} if seeing else {}
+        self.eye_of = eye_of if not seen_by or eye_of in seen_by else next(iter(seen_by))
+        self.camera_config = camera = seen_by.get(self.eye_of, camera)
+        if any(other.fps != camera.fps for other in seen_by.values()):
+            rates = ", ".join(f"{name} {other.fps:g}" for name, other in seen_by.items())
+            raise ValueError(f"eyes must have one frame rate, as frames end together, got {rates}")
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
-        self.model = compile_model(self.scene, robot, camera, variants, fence=fence)
+        self.model = compile_model(self.scene, robot, camera, variants, fence=fence, eyes=seen_by)
         self.data = mujoco.MjData(self.model)
         self.obstacles = obstacles(self.model)
         parked = {name for name in variants if self.model.body(f"{name}/base").jntnum[0] == 0}
@@ -109,11 +120,10 @@ class Simulation:
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
         self._wall_quat = self.model.body("wall").quat
         self.wall_turn = 0.0
-        if seeing and eye_of not in self.robots:
-            raise ValueError(f"eye_of must be one of {', '.join(self.robots)}, got {eye_of}")
-        self.eye_of = eye_of
-        eyes = [eye_of] if seeing else []
-        self.cameras = {name: Camera(self.model, f"{name}/eye", camera, truth=truth) for name in eyes}
+        if blind := next((name for name in seen_by if name not in self.robots), None):
+            what = "eye_of" if eyes is None else "eyes"
+            raise ValueError(f"{what} must be one of {', '.join(self.robots)}, got {blind}")
+        self.cameras = cameras(self.model, seen_by, truth=truth)
 
     def __enter__(self) -> Simulation:
         return self
@@ -145,7 +155,7 @@ class Simulation:
             The robot does not see.
         """
         if name not in self.cameras:
-            raise ValueError(f"{name} has no camera: make the Simulation with eye_of='{name}', seeing=True")
+            raise ValueError(f"{name} has no camera: make the Simulation with eyes=('{name}',), seeing=True")
         return self.cameras[name]
 
     def pose(self, name: str) -> Pose:
@@ -269,13 +279,41 @@ class Simulation:
         self.advance(control)
         return self.camera(self.eye_of).develop(rng, self.data.time)
 
-    def truth(self, since: int = 1) -> Truth:
-        """Return what each pixel of the last frame of the robot ``eye_of`` truly shows.
+    def step_all(
+        self, rngs: Mapping[str, np.random.Generator], control: Control | None = None
+    ) -> dict[str, Frame]:  # fmt: skip
+        """Advance by one frame, and return what several robots see.
+
+        Parameters
+        ----------
+        rngs
+            Name of a robot -> generator of its camera's noise, of its dropped frames and its jitter. Other cameras
+            discard this frame without drawing it.
+        control
+            The controller; ``None`` leaves all commands as they are.
+
+        Returns
+        -------
+        dict of str to Frame
+            The frames that end now, by the names in ``rngs``.
+
+        Raises
+        ------
+        ValueError
+            A robot does not see.
+        """
+        self.advance(control, look=rngs.keys())
+        return {name: self.camera(name).develop(rng, self.data.time) for name, rng in rngs.items()}
+
+    def truth(self, since: int = 1, robot: str | None = None) -> Truth:
+        """Return what each pixel of a robot's last frame truly shows.
 
         Parameters
         ----------
         since
             How many frames ago the frame before it was, 1 to 6.
+        robot
+            Name of the robot; ``None`` for ``eye_of``.
 
         Returns
         -------
@@ -285,14 +323,14 @@ class Simulation:
         Raises
         ------
         ValueError
-            ``since`` is out of range, or the simulation was made without ``truth=True``.
+            ``since`` is out of range, the robot does not see, or the simulation was made without ``truth=True``.
         """
-        rays = self.camera(self.eye_of).rays
+        rays = self.camera(robot or self.eye_of).rays
         if rays is None:
             raise ValueError("this simulation remembers no truth: make the Simulation with truth=True")
         return rays.truth(since)
 
-    def advance(self, control: Control | None = None, *, look: bool = True) -> None:
+    def advance(self, control: Control | None = None, *, look: bool | Collection[str] = True) -> None:
         """Advance by one frame without developing it; call ``develop`` of a camera for its frame.
 
         Parameters
@@ -300,10 +338,12 @@ class Simulation:
         control
             The controller; ``None`` leaves all commands as they are.
         look
-            Whether to render. The physics are the same either way.
+            Whether to render, or the names of the robots for which to. The physics are the same either way.
         """
+        looking = self.cameras.keys() & look if isinstance(look, Collection) else self.cameras if look else ()
         due = tuple(
-            (name, one.renders if look or one.rays else (), one.next_renders) for name, one in self.cameras.items()
+            (name, one.renders if name in looking or one.rays else (), one.next_renders)
+            for name, one in self.cameras.items()
         )
         for steps, command, renders in _events(self._steps, self._command_steps, due):
             if command and control is not None:
@@ -317,13 +357,13 @@ class Simulation:
                 mujoco.mj_camlight(self.model, self.data)
                 for name, render in renders:
                     camera = self.cameras[name]
-                    if look or render.ahead:
+                    if name in looking or render.ahead:
                         camera.expose(self.data, render)
                     if camera.rays is not None:
                         camera.rays.note(self.data, render)
-        for camera in self.cameras.values():
+        for name, camera in self.cameras.items():
             camera.collect()
-            if not look:
+            if name not in looking:
                 camera.skip()
 
 

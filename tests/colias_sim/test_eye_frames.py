@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from colias_sim import Camera, CameraConfig, Frame, Pose, Simulation
+from colias_sim import CameraConfig, Frame, Pose, Simulation
 from colias_sim.exposure import LAG_SDS
 from colias_sim.registers import GAMMA_VENDOR
 from colias_sim.scene import timestep
@@ -89,29 +89,6 @@ def test_bands_that_are_read_together_are_those_read_one_by_one(monkeypatch):
 
         monkeypatch.setattr(Strips, "draw", drawn_and_read)
         assert same(crossing(sim, count=4), together)
-
-
-def test_a_robot_sees_the_same_where_another_one_sees_too():
-    """Each camera has exposures and rows of its own, for which the physics stop."""
-    camera = CameraConfig.preset("ov7670")
-
-    def seen(*robots):
-        with Simulation(camera=camera, eye_of=robots[0]) as sim:
-            for name in robots[1:]:
-                sim.cameras[name] = Camera(sim.model, f"{name}/eye", camera)
-            sim.reset({"stimulus": START}, np.random.default_rng(0))
-            sim.robots["stimulus"].drive((0.1, 0.1))
-            noise, frames = {name: np.random.default_rng(1) for name in robots}, {name: [] for name in robots}
-            for _ in range(6):
-                sim.advance()
-                for name, own in frames.items():
-                    own.append(sim.camera(name).develop(noise[name], sim.data.time))
-            return frames
-
-    both = seen("observer", "stimulus")
-    assert not same(both["observer"], both["stimulus"])
-    for name, frames in both.items():
-        assert same(frames, seen(name)[name])
 
 
 def test_frames_that_nobody_looks_at_leave_the_next_as_it_would_be():
