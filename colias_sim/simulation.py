@@ -53,15 +53,15 @@ class Simulation:
         and ``stimulus``, a ``colias_black``.
     eye_of
         Name of the robot that sees, and whose frame `step` returns. It drives.
-    eyes
-        Names of the robots that see, if these are several, or name -> settings of their cameras. All have one frame
-        rate. `step` returns the frame of ``eye_of``, or of the first if that is none of them.
     fence
         Whether robots collide with the wall.
     seeing
         Whether there is a camera. Without one nothing is rendered, and only `advance` moves the simulation forward.
     truth
         Whether to remember the last frames for `truth`. It changes no frame.
+    eyes
+        Names of the robots that see, if these are several, or name -> settings of their cameras. All have one frame
+        rate. `step` returns the frame of ``eye_of``, or of the first if that is none of them.
 
     Raises
     ------

@@ -2,11 +2,10 @@
 
 ``world`` is Gymnasium's own generator. It draws the starts of all robots, the driving of the other robots, light,
 randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not change
-the world. ``film`` is the generator of a camera's noise, so an episode does not depend on the observation; each robot that sees
-has its own. ``factor``
-is a generator for each factor that is randomised within a range, so no factor changes another's draws. ``clearing``
-draws new starts for robots that a reset's options displace. Trials pass their own generators to `Simulation.reset` and
-`Simulation.step`.
+the world. ``film`` is the generator of a camera's noise, so an episode does not depend on the observation; each robot
+that sees has its own. ``factor`` is a generator for each factor that is randomised within a range, so no factor changes
+another's draws. ``clearing`` draws new starts for robots that a reset's options displace. Trials pass their own
+generators to `Simulation.reset` and `Simulation.step`.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium import error, spaces
+from gymnasium import error
 
 from colias_sim.config import SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
@@ -21,13 +21,13 @@ from colias_sim.envs.options import EnvOptions, Options, checked
 from colias_sim.envs.randomise import FACTORS, USUAL, apparatus_with, camera_ends, draw, given_values
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
-    MANOEUVRES,
     Model,
     Response,
     action_space,
     build_model,
-    neural_observation,
     observation_space,
+    observed,
+    wheels_of,
 )
 from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
 from colias_sim.gl import has_screen
@@ -309,7 +309,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._check_open()
         if not self._running:
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
-        self._wheels = self._steer(self._wheels_of(action))
+        self._wheels = self._steer(wheels_of(self.action_space, action))
         (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
         self._command = left * self._fastest * left_gain, right * self._fastest * right_gain
         self._responses: list[Response] = []
@@ -413,17 +413,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         left, right = self._wheels
         return -0.05 * float((left * left + right * right) / 2)
 
-    def _wheels_of(self, action: Any) -> Wheels:
-        """Convert an action to wheel speeds: (2,), left and right, as shares of the maximum, in [-1, 1]."""
-        if isinstance(self.action_space, spaces.Discrete):
-            if not self.action_space.contains(action):
-                raise error.InvalidAction(f"an action must be from 0 to {self.action_space.n - 1}, got {action!r}")
-            return np.array(list(MANOEUVRES.values())[int(action)], np.float32)
-        wheels = np.asarray(action, np.float32)
-        if wheels.shape != (2,) or np.isnan(wheels).any():
-            raise error.InvalidAction(f"an action must be two numbers, for the wheels left and right, got {action!r}")
-        return np.minimum(np.maximum(wheels, np.float32(-1.0)), np.float32(1.0))
-
     def _retexture(self, texture: int) -> None:
         """Update all copies of a changed texture."""
         for camera in self._sim.cameras.values():
@@ -456,15 +445,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
                 self._responses.append(self._model.step(self._luma))
 
     def _observation(self) -> Any:
-        match self.options.observation:
-            case "state":
-                return self.state.vector()
-            case "neural":
-                return neural_observation(self._responses)
-        pixels = self._luma[..., None].copy()  # a copy that the agent may modify
-        if self.options.observation == "pixels":
-            return pixels
-        return {"pixels": pixels, "neural": neural_observation(self._responses)}
+        return observed(self.options.observation, self._luma, self._responses, self)
 
     def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
         """Collect the reward's terms as ``reward_...``, and the measures, whose names end in their units."""

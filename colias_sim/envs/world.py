@@ -69,7 +69,7 @@ class World:
         gap, direction = gap_to_arena(here, self._sim.obstacles)
         return State(
             vx * cos + vy * sin, self.turn_rate, self.slip, self._drift, gap, -direction,
-            tuple(other for _, other in seen), self._sim.robots[OBSERVER].config.full_turn,
+            tuple(other for _, other in seen), self._observer.config.full_turn,
         )  # fmt: skip
 
     @property
@@ -116,8 +116,12 @@ class World:
 
     def _advance(self, look: bool) -> None:
         """Advance by one frame; with ``look``, expose the camera. Add up the distance driven, and detect touches."""
-        before = self._here
         self._sim.advance(self._drive, look=look)
+        self._arrive()
+
+    def _arrive(self) -> None:
+        """Note pose, touch and distance driven at the end of a frame."""
+        before = self._here
         self._notice_touch()
         self._here = self._observer.pose
         self._driven += math.hypot(self._here.x - before.x, self._here.y - before.y)

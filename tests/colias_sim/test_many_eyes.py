@@ -1,7 +1,6 @@
 """Several robots that see: each as if it alone did, with its own settings and noise."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest

@@ -1,0 +1,224 @@
+"""Several robots that all see, in one world, advanced frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field, model_validator
+from pydantic.dataclasses import dataclass
+
+from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.envs.options import STRICT, CameraSettings, EnvOptions
+from colias_sim.envs.senses import Model, Response, build_model
+from colias_sim.envs.world import World
+from colias_sim.pose import Pose
+from colias_sim.streams import film
+from dsnn.field_docs import unit, with_field_docs
+
+if TYPE_CHECKING:
+    from colias_sim.simulation import Simulation
+
+WALL = "wall"
+"""What a robot touches that touches no robot: the wall, or an obstacle."""
+AWAY_M = 10.0
+"""Distance from the arena's middle at which robots stand that have left it."""
+
+
+@with_field_docs
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class SwarmOptions(EnvOptions):
+    """Keyword arguments of `swarm_env`."""
+
+    robots: int = Field(default=12, ge=1, le=30)
+    """Robots, each of which sees and is an agent."""
+    body: Literal["colias", "colias_black"] = "colias_black"
+    """Variant of the robots: colias_black has a shell around it."""
+    eyes: Mapping[str, CameraSettings] = Field(default_factory=dict)
+    """Cameras of single robots, by name, where they are not camera."""
+    crash: Literal["leave", "stop"] = "leave"
+    """Whether a robot that touches anything is taken out of the arena, or stands where it is for the rest."""
+    steps: Annotated[int, unit("steps")] = Field(default=1800, ge=1)
+    """Steps after which an episode is truncated."""
+
+    @model_validator(mode="after")
+    def _swarm_is_possible(self) -> Self:
+        if self.randomise != 0.0:
+            raise ValueError(f"randomise is for one robot, so it must be 0 in a swarm, got {self.randomise}")
+        if unknown := [name for name in self.eyes if name not in self.names]:
+            raise ValueError(f"eyes must name robots of {', '.join(self.names)}, got {unknown[0]}")
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The robots' names: ``robot0`` and so on."""
+        return tuple(f"robot{number}" for number in range(self.robots))
+
+    def cameras(self) -> dict[str, CameraConfig]:
+        """Make the settings of each robot's camera.
+
+        Returns
+        -------
+        dict of str to CameraConfig
+            The settings by the robot's name, with their noise.
+        """
+        own = {name: self.eyes.get(name, self.camera) for name in self.names}
+        return {name: replace(self, camera=camera, eyes={}).noisy_camera() for name, camera in own.items()}
+
+
+class Agent(World):
+    """One robot of a `Swarm`.
+
+    Attributes
+    ----------
+    model
+        Its vision model, or ``None``.
+    luma
+        Its last frame, (R, C) uint8, read-only.
+    responses
+        Its model's responses, cleared by whoever reads them.
+    present
+        Whether it is in the arena.
+    """
+
+    def __init__(self, sim: Simulation, name: str, model: Model | None) -> None:
+        super().__init__(sim, name)
+        self.name, self.model, self.present = name, model, True
+        self.responses: list[Response] = []
+        self.luma: npt.NDArray[np.uint8] = np.zeros((0, 0), np.uint8)
+
+    def restart(self, noise: np.random.Generator) -> None:
+        """Begin an episode, after the simulation's reset."""
+        self._rest()
+        self._film, self.present = noise, True
+        self.responses.clear()
+        if self.model is not None:
+            self.model.reset()
+
+    def command(self, wheels: npt.NDArray[np.float32] | tuple[float, float]) -> None:
+        """Command wheel speeds, left and right, as shares of the maximum, until the next call."""
+        fastest = self._observer.config.max_speed_cm_s / 100
+        self._command = float(wheels[0]) * fastest, float(wheels[1]) * fastest
+
+    def look(self, *, taken: bool = True) -> None:
+        """Develop the frame that ends now; with ``taken``, the model responds to it."""
+        self.luma = self._sim.camera(self.name).develop(self._film, self._sim.data.time).luma
+        if taken and self.model is not None:
+            self.responses.append(self.model.step(self.luma))
+
+    def motion(self) -> dict[str, float | bool]:
+        """Return the motion since the last call, as in every env's ``info``."""
+        moved, self._driven = self._motion(), 0.0
+        return moved
+
+    def drive(self, dt: float) -> None:
+        """Command the wheels for a control interval of ``dt`` seconds."""
+        self._drive(dt)
+
+    def arrive(self, touched: bool) -> None:
+        """Note pose and touch at the end of a frame."""
+        self._touched = touched
+        self._arrive()
+
+    def _notice_touch(self) -> None:
+        """`Swarm` finds the touches of all at once."""
+
+
+class Swarm:
+    """Robots that all see, in one world, advanced one frame at a time.
+
+    Parameters
+    ----------
+    options
+        Their number, bodies, cameras and models.
+
+    Attributes
+    ----------
+    sim
+        The simulation.
+    agents
+        The robots by name.
+    touching
+        Pairs of names that touched within the last frame; the wall and obstacles are `WALL`.
+
+    Raises
+    ------
+    ValueError
+        The vision model cannot be built, or the arena is refused.
+    colias_sim.GLUnavailable
+        No OpenGL backend works.
+    """
+
+    def __init__(self, options: SwarmOptions) -> None:
+        from colias_sim.simulation import Simulation  # late: MuJoCo loads slowly, and listing the envs needs none
+
+        self.options, cameras = options, options.cameras()
+        senses = options.observation in ("neural", "both")
+        models = {
+            name: build_model(options.model, (camera.height, camera.width)) if senses else None
+            for name, camera in cameras.items()
+        }
+        self.sim = Simulation(
+            options.robot, cameras[options.names[0]], SceneConfig(arena=options.arena),
+            dict.fromkeys(options.names, options.body), fence=True, seeing=options.observation != "state",
+            truth=options.truth, eyes=cameras,
+        )  # fmt: skip
+        self.agents = {name: Agent(self.sim, name, model) for name, model in models.items()}
+        self.touching: set[frozenset[str]] = set()
+        model, owners = self.sim.model, np.full(self.sim.model.nbody, WALL, object)
+        for name in options.names:
+            owners[model.body(f"{name}/base").id] = name
+        self._owners = owners[model.body_rootid[model.geom_bodyid]]
+        self._hulls = np.zeros(model.ngeom, bool)
+        self._hulls[[model.geom(f"{name}/hull").id for name in options.names]] = True
+
+    def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, episode: int) -> None:
+        """Begin an episode, in which the robots stand for a frame.
+
+        Parameters
+        ----------
+        placements
+            The pose of each robot by name.
+        rng
+            Generator of light and phase, as in `colias_sim.Simulation.reset`.
+        episode
+            The seed of the cameras' noise: the stream of robot k depends on nothing else.
+        """
+        self.sim.reset(placements, rng)
+        for number, agent in enumerate(self.agents.values()):
+            agent.restart(film(episode, number))
+
+    def advance(self, look: Collection[str]) -> None:
+        """Advance by one frame.
+
+        Parameters
+        ----------
+        look
+            The robots that look: call `Agent.look` of each then.
+        """
+        self.touching = set()
+        self.sim.advance(self._drive, look=look)
+        self._notice()
+        touched = {name for pair in self.touching for name in pair}
+        for name, agent in self.agents.items():
+            agent.arrive(name in touched)
+
+    def remove(self, name: str) -> None:
+        """Take a robot out of the arena for the rest of the episode: nobody sees it and nothing touches it."""
+        agent = self.agents[name]
+        agent.present = False
+        agent.command((0.0, 0.0))
+        self.sim.robots[name].place(Pose(AWAY_M, self.options.names.index(name) * 0.1, 0.0))
+
+    def _drive(self, dt: float) -> None:
+        self._notice()
+        for agent in self.agents.values():
+            agent.drive(dt)
+
+    def _notice(self) -> None:
+        geoms = self.sim.data.contact.geom
+        pairs = self._owners[geoms[self._hulls[geoms].any(axis=1)]]
+        self.touching.update(frozenset(pair) for pair in pairs.tolist())
