@@ -20,6 +20,8 @@ from .declare.experiment import Experiment as Experiment
 from .declare.experiment import General as General
 from .declare.experiment import Translation as Translation
 from .declare.outcome import Outcome as Outcome
+from .declare.scenario import Scenario as Scenario
+from .declare.scenario import SwarmDesign as SwarmDesign
 from .declare.study import Fit as Fit
 from .declare.study import Study as Study
 from .judge.tests import Score as Score
@@ -59,8 +61,10 @@ __all__ = [
     "Outcome",
     "RecordRerun",
     "Run",
+    "Scenario",
     "Score",
     "Study",
+    "SwarmDesign",
     "Trajectory",
     "Translation",
     "UsageError",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 import gymnasium as gym
@@ -24,7 +23,7 @@ from colias_sim.streams import clearing, episode, world
 Array = npt.NDArray[Any]
 
 
-class SwarmEnv(ParallelEnv[str, Any, Any]):
+class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not installed
     """Many robots that all see, as agents; make it by `colias_sim.swarm_env`, which says what the task is.
 
     Spaces, ``info`` and the option ``poses`` of a reset are those of the single envs (``help(colias_sim.envs)``).
@@ -43,7 +42,8 @@ class SwarmEnv(ParallelEnv[str, Any, Any]):
         self.options, self.render_mode = options, options.render_mode
         self.metadata = {**self.metadata, "render_fps": FPS / options.frames_per_step}
         self.swarm = Swarm(options)
-        self.possible_agents, self.agents = list(options.names), []
+        self.possible_agents: list[str] = list(options.names)
+        self.agents: list[str] = []
         shapes = {name: (camera.height, camera.width) for name, camera in options.cameras().items()}
         self.observation_spaces = {
             name: observation_space(options.observation, shape, options.robots - 1) for name, shape in shapes.items()
@@ -183,7 +183,9 @@ class SwarmEnv(ParallelEnv[str, Any, Any]):
     def _truth(self, name: str) -> dict[str, float]:
         if not self.options.truth:
             return {}
-        return self.swarm.sim.truth(robot=name).columns(set(self.possible_agents) - {name} or {"wall"})
+        others = set(self.possible_agents) - {name} or {"wall"}
+        columns: dict[str, float] = self.swarm.sim.truth(robot=name).columns(others)
+        return columns
 
     def rows(self) -> SwarmRows:
         """View this env as a Gymnasium vector env with a row for each agent.
@@ -294,8 +296,8 @@ class SwarmRows(gym.vector.VectorEnv[Any, Any, Array]):
         self.env.close()
 
     def _stacked(self, seen: dict[str, Any]) -> Any:
-        rows: Iterable[Any] = [seen.get(name, self._nothing) for name in self.env.possible_agents]
-        empty = create_empty_array(self.single_observation_space, self.num_envs)
+        rows = [seen.get(name, self._nothing) for name in self.env.possible_agents]
+        empty: Any = create_empty_array(self.single_observation_space, self.num_envs)
         return concatenate(self.single_observation_space, rows, empty)
 
     def _joined(self, infos: dict[str, dict[str, Any]]) -> dict[str, Any]:

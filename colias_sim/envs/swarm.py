@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import dataclasses
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -12,10 +13,11 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.config import CameraConfig, SceneConfig
-from colias_sim.envs.options import STRICT, CameraSettings, EnvOptions
+from colias_sim.envs.geometry import gap_to_arena
+from colias_sim.envs.options import FPS, STRICT, CameraSettings, EnvOptions
 from colias_sim.envs.senses import Model, Response, build_model
 from colias_sim.envs.world import World
-from colias_sim.pose import Pose
+from colias_sim.pose import Pose, WheelSpeeds
 from colias_sim.streams import film
 from dsnn.field_docs import unit, with_field_docs
 
@@ -26,6 +28,38 @@ WALL = "wall"
 """What a robot touches that touches no robot: the wall, or an obstacle."""
 AWAY_M = 10.0
 """Distance from the arena's middle at which robots stand that have left it."""
+
+
+APART = 15
+"""Frames without touching after which two robots that touch have collided once more."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Body:
+    """What a robot knows beside what it sees.
+
+    Parameters
+    ----------
+    number
+        Its number, from 0.
+    time_s
+        Time since the trial began.
+    touched
+        Whether its hull touched anything in the last frame.
+    wall_m, wall_bearing
+        Distance from its hull to the wall, and the wall's direction off its heading in radians, right positive.
+    """
+
+    number: int
+    time_s: float
+    touched: bool
+    wall_m: float
+    wall_bearing: float
+
+
+Drive = Callable[[Any, Body], WheelSpeeds]
+"""A type: function of a model's response, or ``None`` of a robot that sees nothing, and of a `Body`, that returns the
+wheel speeds, left and right, as shares of the maximum."""
 
 
 @with_field_docs
@@ -82,6 +116,8 @@ class Agent(World):
         Its model's responses, cleared by whoever reads them.
     present
         Whether it is in the arena.
+    wheels
+        The last command, left and right, as shares of the maximum.
     """
 
     def __init__(self, sim: Simulation, name: str, model: Model | None) -> None:
@@ -89,17 +125,19 @@ class Agent(World):
         self.name, self.model, self.present = name, model, True
         self.responses: list[Response] = []
         self.luma: npt.NDArray[np.uint8] = np.zeros((0, 0), np.uint8)
+        self.wheels = 0.0, 0.0
 
     def restart(self, noise: np.random.Generator) -> None:
         """Begin an episode, after the simulation's reset."""
         self._rest()
-        self._film, self.present = noise, True
+        self._film, self.present, self.wheels = noise, True, (0.0, 0.0)
         self.responses.clear()
         if self.model is not None:
             self.model.reset()
 
     def command(self, wheels: npt.NDArray[np.float32] | tuple[float, float]) -> None:
         """Command wheel speeds, left and right, as shares of the maximum, until the next call."""
+        self.wheels = float(wheels[0]), float(wheels[1])
         fastest = self._observer.config.max_speed_cm_s / 100
         self._command = float(wheels[0]) * fastest, float(wheels[1]) * fastest
 
@@ -113,6 +151,11 @@ class Agent(World):
         """Return the motion since the last call, as in every env's ``info``."""
         moved, self._driven = self._motion(), 0.0
         return moved
+
+    @property
+    def touched(self) -> bool:
+        """Whether its hull touched anything in the last frame."""
+        return self._touched
 
     def drive(self, dt: float) -> None:
         """Command the wheels for a control interval of ``dt`` seconds."""
@@ -143,6 +186,12 @@ class Swarm:
         The robots by name.
     touching
         Pairs of names that touched within the last frame; the wall and obstacles are `WALL`.
+    frame
+        Number of frames since the reset.
+    collisions
+        When pairs began to touch: frame and names. They must have parted for `APART` frames to collide once more.
+    errors
+        Robots whose `Drive` raised -> what it raised.
 
     Raises
     ------
@@ -168,6 +217,8 @@ class Swarm:
         )  # fmt: skip
         self.agents = {name: Agent(self.sim, name, model) for name, model in models.items()}
         self.touching: set[frozenset[str]] = set()
+        self.frame, self.collisions, self.errors = 0, list[tuple[int, frozenset[str]]](), dict[str, Exception]()
+        self._touched_at: dict[frozenset[str], int] = {}
         model, owners = self.sim.model, np.full(self.sim.model.nbody, WALL, object)
         for name in options.names:
             owners[model.body(f"{name}/base").id] = name
@@ -188,6 +239,7 @@ class Swarm:
             The seed of the cameras' noise: the stream of robot k depends on nothing else.
         """
         self.sim.reset(placements, rng)
+        self.frame, self.collisions, self.errors, self._touched_at = 0, [], {}, {}
         for number, agent in enumerate(self.agents.values()):
             agent.restart(film(episode, number))
 
@@ -205,6 +257,37 @@ class Swarm:
         touched = {name for pair in self.touching for name in pair}
         for name, agent in self.agents.items():
             agent.arrive(name in touched)
+        for pair in sorted(self.touching, key=sorted):
+            if self.frame - self._touched_at.get(pair, -APART) >= APART:
+                self.collisions.append((self.frame, pair))
+            self._touched_at[pair] = self.frame
+        self.frame += 1
+
+    def play(self, drives: Mapping[str, Drive]) -> None:
+        """Advance by one frame; then every robot looks, and is driven on by what it sees.
+
+        A robot whose drive or model raises stands from then on, with the exception in ``errors``. The others go on.
+
+        Parameters
+        ----------
+        drives
+            What drives each robot.
+        """
+        sees = self.sim.seeing
+        well = [name for name in drives if name not in self.errors]
+        self.advance(well if sees else ())
+        for name in well:
+            agent, pose = self.agents[name], self.sim.pose(name)
+            gap, left = gap_to_arena(pose, self.sim.obstacles)
+            body = Body(self.options.names.index(name), self.frame / FPS, agent.touched, gap, -left)
+            try:
+                if sees:
+                    agent.look()
+                left_wheel, right_wheel = drives[name](agent.responses[-1] if agent.responses else None, body)
+                agent.command((min(max(left_wheel, -1.0), 1.0), min(max(right_wheel, -1.0), 1.0)))
+            except Exception as error:  # of a user's own code
+                self.errors[name] = error
+                agent.command((0.0, 0.0))
 
     def remove(self, name: str) -> None:
         """Take a robot out of the arena for the rest of the episode: nobody sees it and nothing touches it."""

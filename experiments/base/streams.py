@@ -39,6 +39,8 @@ KEYS: Mapping[str, tuple[int, ...]] = {
     "trial.shuffled": (ROOM, 21),  # the order of frames in a control
     "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
     "plausible.box": (ROOM, 20),  # apparatus drawn from what nobody knows
+    "swarm.start": (ROOM, 30),  # where robots of a scenario start, and their light
+    "swarm.drive": (ROOM, 31),  # what each robot draws itself
     "trial.processor": (ROOM, 19),  # the first frame that a processor takes
 }
 """Name -> the spawn key that tells its numbers from the others'. A new name takes a new key."""

@@ -14,6 +14,7 @@ from experiments.base.files import results_folder
 from experiments.base.values import by_key
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
+from experiments.declare.scenario import Scenario
 from experiments.declare.study import Fit, Study, tuple_of
 from experiments.kinds import registry
 from experiments.kinds.kind import perform, planned
@@ -27,7 +28,7 @@ __all__ = ["fit", "run", "sweep", "watch"]
 
 
 def run(
-    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment,
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment | Scenario,
     *,
     seed: int = 0,
     repeats: int | None = None,

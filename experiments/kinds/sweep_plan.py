@@ -216,6 +216,10 @@ def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
     """Return the experiments of a study, all of one kind, and whether a robot is in them."""
     experiments: list[Any] = list(map(registry.find, study.experiments or answering_for(study.claims)))
     names = [experiment.name for experiment in experiments]
+    if swarms := [experiment.name for experiment in experiments if experiment.kind == "swarm"]:
+        raise UsageError(
+            f"{swarms[0]}: it is of many robots; colias run {swarms[0]} --set swarm.robots=4,8 is its sweep"
+        )
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
         raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")

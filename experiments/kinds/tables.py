@@ -16,6 +16,7 @@ KINDS: Mapping[str, str] = {
     "watch": "experiments.kinds.footage:KIND",
     "measured": "experiments.kinds.log:KIND",
     "tuning": "experiments.kinds.tuning:KIND",
+    "swarm": "experiments.kinds.swarm:KIND",
     "sweep": "experiments.kinds.sweep:KIND",
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",
@@ -36,9 +37,13 @@ OFFLINE = (
 )  # fmt: skip
 """The experiments with clips of stimuli."""
 
+SCENARIOS = ("traffic", "follow")
+"""The experiments with many robots that all see."""
+
 EXPERIMENTS: Mapping[str, str] = {
     **{name: f"experiments.{name.replace('-', '_')}:EXPERIMENT" for name in NAMES},
     **dict.fromkeys(OFFLINE, "experiments.paper.clips:EXPERIMENTS"),
+    **dict.fromkeys(SCENARIOS, "experiments.paper.scenarios:EXPERIMENTS"),
 }
 """Experiment -> its declaration; those with clips are listed in one file."""
 
