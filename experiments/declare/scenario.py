@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import ConfigDict, Field
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from colias_sim import Pose
+from colias_sim.envs.crowd import Tracks
 from colias_sim.envs.swarm import Drive
 from dsnn.field_docs import unit
 from experiments.base.errors import check_name
@@ -19,8 +19,6 @@ from experiments.declare.claim import Claim
 
 BLIND = "blind"
 """What a swarm that sees nothing is called where models are named."""
-Tracks = npt.NDArray[np.float64]
-"""A type: places of the robots, (T, N, 3), x and y in m, heading in radians."""
 
 
 @checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))

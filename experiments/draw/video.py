@@ -45,7 +45,7 @@ CODING = {
     ".webp": ("libwebp_anim", "-quality 75 -loop 0 -f webp"),
 }
 """Ending -> codec and options of ffmpeg. H.264 has even sizes only."""
-MOST_MODELS, MOST_HZ = 8, 120.0
+MOST_MODELS, MOST_EYES, MOST_HZ = 8, 4, 120.0
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
@@ -141,7 +141,8 @@ class Reel:
         for (owner, name), parts in found.items():
             whole = np.hstack(parts)
             if owner == "eyes":
-                self.eyes[name] = whole[0]
+                if len(self.eyes) < MOST_EYES:
+                    self.eyes[name] = whole[0]
             elif owner == "tracks":
                 self.tracks[name] = whole
             else:
@@ -201,13 +202,17 @@ class Canvas:
         self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")  # a point is a pixel
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
-            more = [*([CHANGE] if reel.eyes else []), *([FLOW] if reel.flow else [])]
+            more = [*([CHANGE] if reel.eyes and len(reel.eyes) < MOST_EYES else []), *([FLOW] if reel.flow else [])]
             kinds = [*reel.eyes, *more, *(["plan"] if reel.tracks else [])]
             heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             experiment = reel.properties.get("experiment")
             figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
-            grid = parts[0].subplots(*((1, max(len(kinds), 1)) if self._film else (len(kinds), count)), squeeze=False)
+            widths = [3.0 if len(reel.eyes) == MOST_EYES and kind == "plan" else 1.0 for kind in kinds] or [1.0]
+            shape = (
+                {"ncols": len(widths), "width_ratios": widths} if self._film else {"nrows": len(kinds), "ncols": count}
+            )
+            grid = parts[0].subplots(**shape, squeeze=False)
             columns = grid if self._film else grid.T
             self.panels = [dict(zip(kinds, column, strict=False)) for column in columns]
             for place, column in enumerate(self.panels):
@@ -349,6 +354,8 @@ class Canvas:
 
 
 def _panel_title(kind: str) -> str:
+    if kind.startswith("eyes/"):
+        return kind.removeprefix("eyes/")
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
     titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink", FLOW: "true flow since the frame before"}
     return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")

@@ -14,6 +14,7 @@ import numpy as np
 import polars as pl
 
 from colias_sim.config import CameraConfig, RobotConfig
+from colias_sim.envs.crowd import Tracks
 from colias_sim.envs.options import FPS, checked
 from colias_sim.envs.swarm import WALL, Swarm, SwarmOptions
 from dsnn import ResponseSeries
@@ -22,7 +23,7 @@ from experiments.base.console import show as show_table
 from experiments.base.streams import KEYS, stream
 from experiments.base.user_code import traced
 from experiments.declare.outcome import Outcome
-from experiments.declare.scenario import BLIND, Scenario, Tracks
+from experiments.declare.scenario import BLIND, Scenario
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import stored
 from experiments.judge.tests import summary_rows
@@ -34,11 +35,12 @@ from experiments.settings.models import look_up, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.settings import applied, by_section, check_counts, sections, with_values
 from experiments.show.play import FIELDS, FRAMES, Trial, one_thread
+from experiments.show.swarm import EVERY, write
 from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan
-from experiments.store.tables import JOB, TrialRecord, drawn_here, group
+from experiments.store.tables import JOB, TrialRecord, drawn_here, group, recording_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,11 +119,19 @@ def plan(asked: Asked) -> Plan[SwarmTrial]:
     own = asked.declared is not None and not scenario.file
     source = cloudpickle.dumps(scenario) if own else scenario.file or scenario.name
     options = {"camera": camera, "robot": robot, "arena": scenario.arena}
-    work = partial(play, source=source, options=options, frames=round(design.seconds * FPS))
+    work = partial(
+        play,
+        source=source,
+        options=options,
+        frames=round(design.seconds * FPS),
+        recorded=bool(asked.option("recordings", True)),
+    )
     return Plan(asked, scenario.name, trials, work, resolved, (TRIALS, STEPS), scenario, models)
 
 
-def play(trial: SwarmTrial, *, source: str | bytes, options: Mapping[str, Any], frames: int) -> TrialRecord:
+def play(
+    trial: SwarmTrial, *, source: str | bytes, options: Mapping[str, Any], frames: int, recorded: bool = False
+) -> TrialRecord:  # fmt: skip
     """Play a trial in a worker; the first repeat with a row per frame and robot."""
     scenario: Any = pickle.loads(source) if isinstance(source, bytes) else registry.find(source)
     (number, speed_cm_s), model = trial.condition, next(iter(trial.models), None)
@@ -135,6 +145,7 @@ def play(trial: SwarmTrial, *, source: str | bytes, options: Mapping[str, Any], 
     seeds = np.random.SeedSequence(trial.seed, spawn_key=KEYS["swarm.drive"]).spawn(number)
     ahead = speed_cm_s / swarm.options.robot.max_speed_cm_s
     tracks, commands = np.empty((frames, number, 3)), np.empty((frames, number, 2))
+    images: dict[str, list[Any]] = {}
     with one_thread(), closing(swarm.sim):
         swarm.reset(dict(zip(swarm.agents, scenario.start(rng, number), strict=True)), rng, trial.seed)
         drives = {
@@ -145,6 +156,8 @@ def play(trial: SwarmTrial, *, source: str | bytes, options: Mapping[str, Any], 
             swarm.play(drives)
             tracks[frame] = [(pose.x, pose.y, pose.heading) for pose in swarm.sim.poses.values()]
             commands[frame] = [agent.wheels for agent in swarm.agents.values()]
+            for name, agent in swarm.agents.items() if recorded and model and frame % EVERY == 0 else ():
+                images.setdefault(name, []).append(agent.luma)
     row = {
         **{"experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed},
         "model": label, "robots": number, "speed_cm_s": speed_cm_s,
@@ -152,7 +165,8 @@ def play(trial: SwarmTrial, *, source: str | bytes, options: Mapping[str, Any], 
     }  # fmt: skip
     table = STEPS.to_frame() if trial.repeat else steps(trial.index, label, swarm, tracks, commands)
     troubles = {f"{label}, {name}": traced(error) for name, error in swarm.errors.items()}
-    done = TrialRecord(trial.index, (row,), table, None, troubles)
+    recording = recording_of(lambda: write(table, swarm, images, trial.label())) if recorded and table.height else None
+    done = TrialRecord(trial.index, (row,), table, recording, troubles)
     return drawn_here(done) if trial.models else done
 
 

@@ -137,6 +137,10 @@ class Content:
         Whether there is a text about it.
     surfaces
         Names of the geoms that pixels show; empty without truth.
+    seers
+        Robots of a swarm whose views are there, in a tab each.
+    raster
+        Heading of the raster of their potentials; empty without one.
     """
 
     models: tuple[RecordedModel, ...] = ()
@@ -150,6 +154,8 @@ class Content:
     above: bool = False
     noted: bool = False
     surfaces: tuple[str, ...] = ()
+    seers: tuple[str, ...] = ()
+    raster: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -520,6 +526,8 @@ def views(content: Content) -> list[tuple[float, Any]]:
             for name, _ in content.maps
         ]
         top.append((5.0, rrb.Grid(*maps, grid_columns=2)))
+    if content.seers:
+        top.append((4.0, rrb.Tabs(*(rrb.Spatial2DView(origin=f"/eyes/{name}", name=name) for name in content.seers))))
     if content.noted:
         top.append((3.0, rrb.TextDocumentView(origin="/about", name="about")))
     rows: list[tuple[float, Any]] = []
@@ -533,6 +541,8 @@ def views(content: Content) -> list[tuple[float, Any]]:
         columns = -(-len(content.models) // MOST_LANES)
         lanes = (rrb.Horizontal(_lane(model, model.spiking), *_azimuth(model)) for model in content.models)
         rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, rrb.Grid(*lanes, grid_columns=columns)))
+    if content.raster:
+        rows.append((1.5, rrb.Spatial2DView(origin="/raster", name=content.raster)))
     for entity, names, heading in content.plots:
         hues = zip(names, itertools.cycle(palette.OTHERS), strict=False)
         which = f": {', '.join(map(' '.join, hues))}" if len(names) > 1 else ""

@@ -9,15 +9,18 @@ import polars as pl
 import pytest
 
 from colias_sim import Pose
-from colias_sim.envs.swarm import APART, Body
+from colias_sim.envs.swarm import APART
 from experiments import Check, Claim, Scenario, SwarmDesign, load, run, sweep
 from experiments.base.errors import UsageError
 from experiments.declare.scenario import BLIND
+from experiments.draw.video import Reel
 from experiments.kinds.swarm import SwarmTrial, play
-from experiments.paper.scenarios import FOLLOW, TRAFFIC, Pedestrian, by_chance, chain, links
+from experiments.paper.scenarios import FOLLOW, TRAFFIC
 from experiments.settings.models import choose
 from experiments.settings.settings import applied, look_up
+from experiments.show.swarm import ROW_PX, raster
 from experiments.store.folder import RunFolder
+from experiments.store.recordings import pictures
 
 BRIEF = {"swarm.robots": [2, 3], "swarm.seconds": 1.0}
 OPTIONS = {"arena": "bright"}
@@ -116,50 +119,6 @@ def test_a_model_s_settings_reach_the_robots():
     assert played(dark, 2).frames["looming"].null_count() == 40
 
 
-def test_chance_is_that_of_discs_that_meet_in_a_gas():
-    """Against straight ways of random discs without turning, counted on a torus of the same area."""
-    rng, number, speed, diameter = np.random.default_rng(0), 12, 8.0, 4.0
-    side = math.sqrt(math.pi * 43.0**2)
-    place, way = rng.uniform(0, side, (number, 2)), rng.uniform(0, 2 * np.pi, number)
-    velocity, met, before, step = speed * np.stack([np.cos(way), np.sin(way)], 1), 0, None, 0.02
-    steps = 60_000
-    for _ in range(steps):
-        place = (place + velocity * step) % side
-        apart = np.abs(place[:, None] - place[None])
-        near = np.hypot(*np.minimum(apart, side - apart).transpose(2, 0, 1)) < diameter
-        met += 0 if before is None else int((near & ~before).sum())
-        before = near
-    assert met / number / (steps * step / 60) == pytest.approx(by_chance(number, speed), rel=0.25)
-
-
-def test_a_pedestrian_turns_away_from_the_wall_backs_off_and_heeds_its_alarm():
-    rng = np.random.default_rng(0)
-    far = Body(number=0, time_s=0.0, touched=False, wall_m=0.2, wall_bearing=0.0)
-    walk = Pedestrian(lambda seen: seen, 0.2, rng)
-    assert walk(0.0, far) == (0.2, 0.2)
-    left, right = walk(1.0, far)
-    assert left > 0 > right, "a turn to the right, as the alarm says"
-    for _ in range(Pedestrian.FRAMES - 1):
-        assert walk(-1.0, far) == (left, right), "it does not look while it turns"
-    assert walk(-1.0, far) == (0.2, 0.2)
-    near = replace(far, wall_m=0.01, wall_bearing=0.3)
-    left, right = Pedestrian(lambda seen: 0.0, 0.2, rng)(0.0, near)
-    assert left < 0 < right, "to the left of a wall on the right"
-    assert Pedestrian(lambda seen: 0.0, 0.2, rng)(None, replace(far, touched=True)) == (-0.2, -0.2)
-
-
-def test_links_of_a_chain():
-    """Robots that drive on as they stand break no link; one that turns round, and one that falls behind, do."""
-    start = np.array([(pose.x, pose.y, pose.heading) for pose in chain(np.random.default_rng(0), 4)])
-    still = np.repeat(start[None], 40, axis=0)
-    assert links(still) == {"spread_cm": 0.0, "breaks": 0.0}
-    turned, behind = still.copy(), still.copy()
-    turned[:, 2, 2] += math.pi
-    behind[20:, 3, :2] *= 3
-    assert links(turned)["breaks"] == pytest.approx(1 / 3) == links(behind)["breaks"]
-    assert links(behind)["spread_cm"] > 5
-
-
 def test_claims_are_judged_by_repeat_and_a_swarm_is_no_trial(tmp_path):
     claim = Claim(id="all-there", says="three", on="swarm",
                   judge=lambda rows, *_: [Check("robots", max(row["robots"] for row in rows), 2)])  # fmt: skip
@@ -179,3 +138,20 @@ def test_what_ships_is_found_and_starts_apart():
             assert len(starts) == number and min(apart) > 0.045
     assert choose("lgmd2").channels == ("looming",)
     assert TRAFFIC.chance(4, 8.0) * 11 / 3 == pytest.approx(TRAFFIC.chance(12, 8.0))
+
+
+def test_a_recording_has_every_way_and_view_and_collision(whole):
+    """Of the first repeat's trials; a film shows the first four views beside the plan."""
+    first, second = whole.recordings
+    rows = whole.frames.filter(trial=1)
+    reel = Reel(second)
+    assert list(reel.tracks) == ["robot0", "robot1", "robot2"] and len(reel.eyes) == 3
+    for name, track in reel.tracks.items():
+        own = rows.filter(robot=name)
+        np.testing.assert_allclose(track[1:3], own.select("x_cm", "y_cm").to_numpy().T, atol=1e-4)
+    seen = pictures(second)
+    assert {eye: images.shape for eye, images in seen.items()} == {
+        f"eyes/robot{k}": (10, 72, 99) for k in range(3)
+    }  # a picture each three frames
+    assert len(pictures(first)) == 2
+    assert raster([[-1.0, 1.0], [0.0, 0.5]]).shape == (2 * ROW_PX, 2)
