@@ -12,8 +12,9 @@ import rerun as rr
 from colias_sim import SceneConfig
 from colias_sim.envs.swarm import Swarm
 from experiments.base import palette
+from experiments.base.palette import rgb
 from experiments.show import record
-from experiments.show.record import Images, chunk, fixed, rgb
+from experiments.show.record import Images, chunk, fixed
 
 EVERY, SHOWN_FRAMES, ROW_PX = 3, 15, 8
 """Frames from one picture of an eye to the next; frames for which a collision is marked; rows of the raster a robot."""
