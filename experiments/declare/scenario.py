@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass as checked_dataclass
 from colias_sim import Pose
 from colias_sim.envs.crowd import Tracks
 from colias_sim.envs.swarm import Drive
-from dsnn.field_docs import unit
+from dsnn.field_docs import unit, with_field_docs
 from experiments.base.errors import check_name
 from experiments.declare.claim import Claim
 
@@ -21,6 +21,7 @@ BLIND = "blind"
 """What a swarm that sees nothing is called where models are named."""
 
 
+@with_field_docs
 @checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", use_attribute_docstrings=True))
 class SwarmDesign:
     """What differs between the trials of a scenario: the section ``swarm`` of ``--set``."""
@@ -31,11 +32,6 @@ class SwarmDesign:
     """Speeds at which robots drive ahead, each a condition."""
     seconds: Annotated[float, unit("s")] = Field(default=60.0, ge=1.0, le=3600.0)
     """Length of a trial."""
-
-
-def no_more(tracks: Tracks) -> Mapping[str, float]:
-    """Measure nothing beside what every scenario has."""
-    return {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +61,17 @@ class Scenario:
         What the figure's column is by chance, from the number of robots and the speed in cm/s.
     arena
         An arena of `scenes`.
+    repeats
+        How often, each time from another start.
     claims
         Claims of your own, ``on="swarm"``. A judge gets the rows of one repeat, which is a replicate.
+    file
+        The .py file that declares it, which commands and `experiments.run` fill in.
+
+    Raises
+    ------
+    ValueError
+        The name cannot be one.
 
     Examples
     --------
@@ -85,7 +90,7 @@ class Scenario:
     make: Callable[[int, float, Sequence[str], np.random.Generator], Drive]
     models: tuple[str, ...] = ("lgmd2", BLIND)
     design: SwarmDesign = field(default_factory=SwarmDesign)
-    measure: Callable[[Tracks], Mapping[str, float]] = no_more
+    measure: Callable[[Tracks], Mapping[str, float]] | None = None
     figure: tuple[str, str] = ("collisions_a_min", "collisions a robot-minute")
     along: str = "robots"
     chance: Callable[[int, float], float] | None = None

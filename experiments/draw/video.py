@@ -203,16 +203,15 @@ class Canvas:
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
             more = [*([CHANGE] if reel.eyes and len(reel.eyes) < MOST_EYES else []), *([FLOW] if reel.flow else [])]
-            kinds = [*reel.eyes, *more, *(["plan"] if reel.tracks else [])]
+            kinds = [*reel.eyes, *more, *["plan"] * bool(reel.tracks)]
             heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             experiment = reel.properties.get("experiment")
             figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
-            widths = [3.0 if len(reel.eyes) == MOST_EYES and kind == "plan" else 1.0 for kind in kinds] or [1.0]
-            shape = (
-                {"ncols": len(widths), "width_ratios": widths} if self._film else {"nrows": len(kinds), "ncols": count}
-            )
-            grid = parts[0].subplots(**shape, squeeze=False)
+            plan = 3.0 if len(reel.eyes) == MOST_EYES else 1.0  # wider beside the views of a swarm
+            widths = [plan if kind == "plan" else 1.0 for kind in kinds] or [1.0]
+            shape = (1, len(widths), {"width_ratios": widths}) if self._film else (len(kinds), count, {})
+            grid = parts[0].subplots(*shape[:2], squeeze=False, gridspec_kw=shape[2])
             columns = grid if self._film else grid.T
             self.panels = [dict(zip(kinds, column, strict=False)) for column in columns]
             for place, column in enumerate(self.panels):

@@ -161,7 +161,7 @@ def play(
     row = {
         **{"experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed},
         "model": label, "robots": number, "speed_cm_s": speed_cm_s,
-        **dict.fromkeys(MEASURED), **measured(swarm, tracks), **scenario.measure(tracks),
+        **dict.fromkeys(MEASURED), **measured(swarm, tracks), **(scenario.measure(tracks) if scenario.measure else {}),
     }  # fmt: skip
     table = STEPS.to_frame() if trial.repeat else steps(trial.index, label, swarm, tracks, commands)
     troubles = {f"{label}, {name}": traced(error) for name, error in swarm.errors.items()}
