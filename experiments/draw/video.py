@@ -208,8 +208,7 @@ class Canvas:
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             experiment = reel.properties.get("experiment")
             figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
-            plan = 3.0 if len(reel.eyes) == MOST_EYES else 1.0  # wider beside the views of a swarm
-            widths = [plan if kind == "plan" else 1.0 for kind in kinds] or [1.0]
+            widths = [3.0 if kind == "plan" and len(reel.eyes) == MOST_EYES else 1.0 for kind in kinds] or [1.0]
             shape = (1, len(widths), {"width_ratios": widths}) if self._film else (len(kinds), count, {})
             grid = parts[0].subplots(*shape[:2], squeeze=False, gridspec_kw=shape[2])
             columns = grid if self._film else grid.T
