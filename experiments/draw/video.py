@@ -206,8 +206,7 @@ class Canvas:
             kinds = [*reel.eyes, *more, *["plan"] * bool(reel.tracks)]
             heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
-            experiment = reel.properties.get("experiment")
-            figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
+            figure.suptitle(": ".join(filter(None, (reel.properties.get("experiment"), reel.name))), x=0.01, ha="left")
             widths = [3.0 if kind == "plan" and len(reel.eyes) == MOST_EYES else 1.0 for kind in kinds] or [1.0]
             shape = (1, len(widths), {"width_ratios": widths}) if self._film else (len(kinds), count, {})
             grid = parts[0].subplots(*shape[:2], squeeze=False, gridspec_kw=shape[2])
