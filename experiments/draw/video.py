@@ -198,8 +198,9 @@ class Canvas:
         self._updates: list[list[Update]] = [[] for _ in range(count)]
         type_size = size[1] / 45 if self._film else size[0] / 110
         sizes: Any = dict.fromkeys(("font.size", "axes.labelsize", "xtick.labelsize", "ytick.labelsize"), type_size)
-        figsize = size[0] / 72, size[1] / 72
-        self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")  # a point is a pixel
+        self.figure = figure = Figure(
+            figsize=(size[0] / 72, size[1] / 72), dpi=72, layout="constrained"
+        )  # a point is a pixel
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
             more = [*([CHANGE] if reel.eyes and len(reel.eyes) < MOST_EYES else []), *([FLOW] if reel.flow else [])]
