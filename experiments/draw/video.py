@@ -198,9 +198,8 @@ class Canvas:
         self._updates: list[list[Update]] = [[] for _ in range(count)]
         type_size = size[1] / 45 if self._film else size[0] / 110
         sizes: Any = dict.fromkeys(("font.size", "axes.labelsize", "xtick.labelsize", "ytick.labelsize"), type_size)
-        self.figure = figure = Figure(
-            figsize=(size[0] / 72, size[1] / 72), dpi=72, layout="constrained"
-        )  # a point is a pixel
+        figsize = size[0] / 72, size[1] / 72  # a point is a pixel
+        self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
             more = [*([CHANGE] if reel.eyes and len(reel.eyes) < MOST_EYES else []), *([FLOW] if reel.flow else [])]
@@ -208,16 +207,17 @@ class Canvas:
             heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             figure.suptitle(": ".join(filter(None, (reel.properties.get("experiment"), reel.name))), x=0.01, ha="left")
-            widths = [3.0 if kind == "plan" and len(reel.eyes) == MOST_EYES else 1.0 for kind in kinds] or [1.0]
-            shape = (1, len(widths), {"width_ratios": widths}) if self._film else (len(kinds), count, {})
-            grid = parts[0].subplots(*shape[:2], squeeze=False, gridspec_kw=shape[2])
+            wide = {"width_ratios": [1.0] * MOST_EYES + [3.0]} if self._film and len(reel.eyes) == MOST_EYES else {}
+            shape = (1, max(len(kinds), 1)) if self._film else (len(kinds), count)
+            grid = parts[0].subplots(*shape, squeeze=False, gridspec_kw=wide)
             columns = grid if self._film else grid.T
             self.panels = [dict(zip(kinds, column, strict=False)) for column in columns]
             for place, column in enumerate(self.panels):
                 for kind, axes in column.items():
                     axes.set(xticks=[], yticks=[])
-                    draw = {"plan": self._plan, FLOW: self._flow}.get(kind, self._picture)
-                    self._updates[place].append(draw(kind, axes))
+                    self._updates[place].append(
+                        {"plan": self._plan, FLOW: self._flow}.get(kind, self._picture)(kind, axes)
+                    )
                     if place == 0:
                         axes.set_title(_panel_title(kind), loc="left")
             for time_s, axes in zip(moments, grid[0], strict=False):
