@@ -223,12 +223,15 @@ class Canvas:
             for time_s, axes in zip(moments, grid[0], strict=False):
                 axes.set_title(f"{time_s:.2f} s", loc="right")
             self.lanes = self._draw_lanes(parts[1], moments)
-            if self._film:
-                clock = figure.text(0.99, 0.99, "", ha="right", va="top", animated=True)
-                self._updates[0].append(lambda time_s, _: clock.set_text(f"{time_s:.2f} s"))
+            self._draw_clock()
             self._canvas.draw()
         self._still = self._canvas.copy_from_bbox(figure.bbox)
         self._moving = figure.findobj(lambda artist: artist.get_animated())
+
+    def _draw_clock(self) -> None:
+        if self._film:
+            clock = self.figure.text(0.99, 0.99, "", ha="right", va="top", animated=True)
+            self._updates[0].append(lambda time_s, _: clock.set_text(f"{time_s:.2f} s"))
 
     def _picture(self, kind: str, axes: Axes) -> Update:
         first = next(pictures_of(self._reel.path, next(iter(self._reel.eyes)) if kind == CHANGE else kind))[1]
