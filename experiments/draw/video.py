@@ -141,8 +141,7 @@ class Reel:
         for (owner, name), parts in found.items():
             whole = np.hstack(parts)
             if owner == "eyes":
-                if len(self.eyes) < MOST_EYES:
-                    self.eyes[name] = whole[0]
+                self.eyes |= {name: whole[0]} if len(self.eyes) < MOST_EYES else {}
             elif owner == "tracks":
                 self.tracks[name] = whole
             else:
