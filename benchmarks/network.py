@@ -15,7 +15,7 @@ from rich.table import Table
 from benchmarks.timing import interleaved, ratio
 from dsnn import DSNN, MODELS, OnboardDSNN, OnboardParams, ReferenceDSNN
 from dsnn.model import VisionModel
-from experiments.show.flow import mean_flow
+from experiments.show.video import mean_flow
 
 Luma = npt.NDArray[np.uint8]
 FRAMES = 24

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
@@ -134,6 +135,29 @@ class Camera:
         """
         return self.offscreen.in_use()
 
+    def copy(self, model: mujoco.MjModel, offscreen: Offscreen) -> Camera:
+        """Make a twin in a copy of the scene, which shares the OpenGL context and has no exposure yet.
+
+        Parameters
+        ----------
+        model
+            The copy.
+        offscreen
+            A twin of this camera's framebuffer, for the copy.
+
+        Returns
+        -------
+        Camera
+            The twin.
+        """
+        twin = copy.copy(self)
+        if self.rays is not None:
+            twin.rays = Rays(model, model.camera(self._eye.fixedcamid).name, self._made_with)
+        twin._lamps = None if self._lamps is None else Lamps(model)
+        twin.offscreen, twin._sensor = offscreen, Sensor(self._eye, offscreen, self._made_with)
+        twin._set_optics()
+        return twin
+
     @property
     def renders(self) -> tuple[Render, ...]:
         """The renders of the current frame."""
@@ -157,9 +181,12 @@ class Camera:
         ValueError
             The settings need another framebuffer or scene, for example another size, view, frame rate or sampling.
         """
-        check_tunable(config, self._made_with)
-        self.config = config
-        self._set_optics()
+        if config != self.config:
+            check_tunable(config, self._made_with)
+            self.config = config
+            self._set_optics()
+        if self._lamps is not None:
+            self._lamps.look()
 
     def _set_optics(self) -> None:
         """Set up plans, lens, noise and tone from the settings."""

@@ -6,6 +6,7 @@ also flips and copies each picture, which `Offscreen` does not.
 
 from __future__ import annotations
 
+import copy
 import weakref
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
@@ -46,14 +47,25 @@ class Offscreen:
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int, *, slots: int = 1, bright: bool = False) -> None:
         self._surface: _Surface | None = _Surface(model, rows * slots, columns)
-        self._use = ExitStack()
-        self._scene = mujoco.MjvScene(model, MAX_GEOMS)
+        self._textures: dict[int, object] = {}  # changed texture -> a mark of the change
         self._rect = mujoco.MjrRect(0, 0, columns, rows)
-        self._model, self._bright, self._option = model, bright, mujoco.MjvOption()
+        self._bright, self._option = bright, mujoco.MjvOption()
+        self._bind(model)
+
+    def _bind(self, model: mujoco.MjModel) -> None:
+        """Draw this model."""
+        self._use, self._model = ExitStack(), model
+        self._scene = mujoco.MjvScene(model, MAX_GEOMS)
         eyes = [eye for eye in map(model.camera, range(model.ncam)) if eye.name.endswith("/eye")]
         self._own = {eye.id: groups_of(model, eye.name.removesuffix("/eye")) for eye in eyes}
         self._nothing = model.geom_group[:0]
-        self._pixels = np.empty((rows, columns, 3), np.uint8)
+        self._pixels = np.empty((self._rect.height, self._rect.width, 3), np.uint8)
+
+    def copy(self, model: mujoco.MjModel) -> Offscreen:
+        """Make a twin that draws a copy of the model into the same framebuffer, each picture as a whole."""
+        twin = copy.copy(self)
+        twin._bind(model)
+        return twin
 
     def render(self, data: mujoco.MjData, camera: mujoco.MjvCamera) -> npt.NDArray[np.uint8]:
         """Render the view of a camera.
@@ -164,20 +176,23 @@ class Offscreen:
     def _current(self) -> _Surface:
         """Make the context current in this thread, until ``_use`` is closed."""
         self._use.enter_context(self.in_use())
-        assert self._surface is not None
-        return self._surface
+        surface = self._surface
+        assert surface is not None
+        for texture in {*self._textures, *surface.textures}:
+            if surface.textures.get(texture) is not self._textures.get(texture):
+                mujoco.mjr_uploadTexture(self._model, surface.mjr, texture)
+                surface.textures[texture] = self._textures.get(texture)
+        return surface
 
     def retexture(self, texture: int) -> None:
-        """Upload a texture of the model that has changed.
+        """Upload a texture of the model that has changed, before the next picture.
 
         Parameters
         ----------
         texture
             Index of the texture.
         """
-        surface = self._current()
-        with self._use:
-            mujoco.mjr_uploadTexture(self._model, surface.mjr, texture)
+        self._textures = {**self._textures, texture: object()}
 
     def close(self) -> None:
         """Free framebuffer and context."""
@@ -188,6 +203,8 @@ class _Surface:
     """A framebuffer and its context, which are freed with the last reference."""
 
     def __init__(self, model: mujoco.MjModel, rows: int, columns: int) -> None:
+        self.textures: dict[int, object] = {}
+        """Which of the changes of each texture it has: twins draw in turns."""
         model.vis.global_.offwidth, model.vis.global_.offheight = columns, rows  # read by MjrContext alone
         self.context = gl.context(columns, rows)
         with self.context.as_current():

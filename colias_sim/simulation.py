@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, groupby, pairwise, product
 from types import TracebackType
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -20,12 +22,18 @@ from colias_sim.obstacles import obstacles
 from colias_sim.pose import Pose
 from colias_sim.robot import ParkedRobot, Robot
 from colias_sim.scene import compile_model, steps_per_command, steps_per_frame, timestep
-from colias_sim.truth import Truth
+from colias_sim.snapshot import PARTS, SCENE
+from colias_sim.truth import Moment, Picture, Truth
+from dsnn.snapshot import pack, put, take, unpack
 
 SETTLE_STEPS = 150
 """Physics steps for robots to settle on their wheels at a reset."""
 ROBOT_DIAMETER = 0.04
 """Diameter of a hull, in metres."""
+
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+"""All of MuJoCo's state that its next step depends on."""
+VALUES = Frame, Pose, CameraConfig, Moment, Picture
 
 Control = Callable[[float], None]
 """A controller. It is called before each control interval with its length in seconds, and calls `Robot.drive`."""
@@ -106,24 +114,31 @@ class Simulation:
             rates = ", ".join(f"{name} {other.fps:g}" for name, other in seen_by.items())
             raise ValueError(f"eyes must have one frame rate, as frames end together, got {rates}")
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
-        self.model = compile_model(self.scene, robot, camera, variants, fence=fence, eyes=seen_by)
-        self.data = mujoco.MjData(self.model)
+        self._robot, self._variants = robot, variants
+        self._bind(compile_model(self.scene, robot, camera, variants, fence=fence, eyes=seen_by))
         self.obstacles = obstacles(self.model)
-        parked = {name for name in variants if self.model.body(f"{name}/base").jntnum[0] == 0}
-        self.robots = {name: Robot(self.model, self.data, name, robot) for name in variants if name not in parked}
-        self.parked = {name: ParkedRobot(self.model, name) for name in variants if name in parked}
-        self.everyone: dict[str, Robot | ParkedRobot] = {**self.robots, **self.parked}
-        self._queuing = tuple(robot for robot in self.robots.values() if robot.queues)
         self.frame_interval = 1.0 / camera.fps
         self._steps, self._command_steps = steps_per_frame(camera.fps), steps_per_command(camera.fps)
         self.command_interval = self._command_steps * timestep(camera.fps)
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
-        self._wall_quat = self.model.body("wall").quat
         self.wall_turn = 0.0
         if blind := next((name for name in seen_by if name not in self.robots), None):
             what = "eye_of" if eyes is None else "eyes"
             raise ValueError(f"{what} must be one of {', '.join(self.robots)}, got {blind}")
         self.cameras = cameras(self.model, seen_by, truth=truth)
+        settings = f"{self.scene} {robot} {seen_by or camera} {variants} {self.eye_of} {fence} {truth}"
+        self._kind = "Simulation", f"{settings} {self.model.signature}"
+
+    def _bind(self, model: mujoco.MjModel) -> None:
+        """Find everything in a model, with new data."""
+        self.model, self.data = model, mujoco.MjData(model)
+        parked = {name for name in self._variants if model.body(f"{name}/base").jntnum[0] == 0}
+        moving = [name for name in self._variants if name not in parked]
+        self.robots = {name: Robot(model, self.data, name, self._robot) for name in moving}
+        self.parked = {name: ParkedRobot(model, name) for name in self._variants if name in parked}
+        self.everyone: dict[str, Robot | ParkedRobot] = {**self.robots, **self.parked}
+        self._queuing = tuple(robot for robot in self.robots.values() if robot.queues)
+        self._wall_quat = model.body("wall").quat
 
     def __enter__(self) -> Simulation:
         return self
@@ -187,6 +202,66 @@ class Simulation:
         """Free the cameras' OpenGL contexts."""
         for camera in self.cameras.values():
             camera.close()
+
+    def get_state(self) -> bytes:
+        """Save everything that goes on, between two frames.
+
+        Returns
+        -------
+        bytes
+            The state, for `set_state` of a simulation with the same settings, in any process. It has physics, light,
+            the wall, motors with their queues, and cameras with their exposure. Generators and controllers are yours.
+        """
+        physics = np.empty(mujoco.mj_stateSize(self.model, INTEGRATION.value))
+        mujoco.mj_getState(self.model, self.data, physics, INTEGRATION.value)
+        scene = {name: getattr(self.model, name) for name in SCENE}
+        return pack(self._kind, {"physics": physics, "scene": scene, **take(self, PARTS, VALUES)})
+
+    def set_state(self, state: bytes) -> None:
+        """Restore a state: what follows is equal to the bit, if generators and controllers are restored too.
+
+        Contacts are empty until the next step.
+
+        Parameters
+        ----------
+        state
+            The bytes that `get_state` returned.
+
+        Raises
+        ------
+        ValueError
+            The bytes are no state, are damaged, or are of a simulation with other settings. The simulation is then
+            unchanged.
+        """
+        self._restore(self._read(state))
+
+    def copy(self) -> Simulation:
+        """Make a twin in this process, which goes on from here on its own.
+
+        Returns
+        -------
+        Simulation
+            The twin. It shares the OpenGL context, which is freed when both are closed: use both in one thread.
+        """
+        twin = copy.copy(self)
+        twin._bind(copy.copy(self.model))
+        twins = {one: one.copy(twin.model) for one in {camera.offscreen for camera in self.cameras.values()}}
+        twin.cameras = {name: camera.copy(twin.model, twins[camera.offscreen]) for name, camera in self.cameras.items()}
+        twin.set_state(self.get_state())
+        return twin
+
+    def _read(self, state: bytes) -> dict[str, Any]:
+        return unpack(state, self._kind, VALUES)
+
+    def _restore(self, tree: dict[str, Any]) -> None:
+        for name, values in tree.pop("scene").items():
+            getattr(self.model, name)[:] = values
+        for name, camera in self.cameras.items():
+            camera.tune(tree["cameras"][name]["config"])
+        mujoco.mj_resetData(self.model, self.data)  # contacts of another time, too
+        mujoco.mj_setState(self.model, self.data, tree.pop("physics"), INTEGRATION.value)
+        mujoco.mj_kinematics(self.model, self.data)
+        put(self, tree, PARTS)
 
     def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0) -> None:
         """Start a trial: place every robot at rest, and draw the light and the wall's phase.

@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -173,7 +172,8 @@ class Truth:
         return found
 
 
-class _Moment(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Moment:
     """Where everything was: physics steps since the reset, places and turns of bodies and eye, and what rays need."""
 
     step: int
@@ -189,12 +189,12 @@ class _Moment(NamedTuple):
         return back @ self.body_turns[body], back @ (self.bodies[body] - self.eye)
 
 
-class _Picture:
+@dataclass
+class Picture:
     """One frame: its bands of rows as (first, after the last, moment), and what its rays met, once they are cast."""
 
-    def __init__(self, bands: list[tuple[int, int, _Moment]]) -> None:
-        self.bands = bands
-        self.met: tuple[npt.NDArray[np.int32], Floats] | None = None
+    bands: list[tuple[int, int, Moment]]
+    met: tuple[npt.NDArray[np.int32], Floats] | None = field(default=None, init=False)
 
 
 class Rays:
@@ -237,7 +237,7 @@ class Rays:
         """Forget everything."""
         self._begun = 0
         self._notes: tuple[_Notes, _Notes] = {}, {}
-        self._pictures: deque[_Picture] = deque(maxlen=MOST_SINCE + 1)
+        self._pictures: deque[Picture] = deque(maxlen=MOST_SINCE + 1)
 
     def note(self, data: mujoco.MjData, render: Render) -> None:
         """Note where everything is at a render, after ``mj_kinematics`` and ``mj_camlight``.
@@ -249,7 +249,7 @@ class Rays:
         render
             The render.
         """
-        moment = _Moment(
+        moment = Moment(
             self._begun + render.step, data.xpos.copy(), data.xmat.reshape(-1, 3, 3).copy(),
             data.cam_xpos[self._eye].copy(), data.cam_xmat[self._eye].reshape(3, 3).copy(),
             tuple(getattr(data, name).copy() for name in HIT),
@@ -269,7 +269,7 @@ class Rays:
         self._notes = ahead, {}
         self._begun += self._steps
         bands = [(top, bottom, _middle(notes)) for (top, bottom), notes in sorted(now.items())]
-        self._pictures.append(self._pictures[-1] if again else _Picture(bands))
+        self._pictures.append(self._pictures[-1] if again else Picture(bands))
 
     def truth(self, since: int = 1) -> Truth:
         """Compute the truth of the last frame.
@@ -309,7 +309,7 @@ class Rays:
             self._geoms, self._robots,
         )  # fmt: skip
 
-    def _met(self, picture: _Picture) -> tuple[npt.NDArray[np.int32], Floats]:
+    def _met(self, picture: Picture) -> tuple[npt.NDArray[np.int32], Floats]:
         """Return the geom that each pixel's ray meets, -1 for none, and the distance along the ray, (R C,)."""
         if picture.met is None:
             met = [
@@ -319,7 +319,7 @@ class Rays:
             picture.met = np.concatenate([geom for geom, _ in met]), np.concatenate([distance for _, distance in met])
         return picture.met
 
-    def _cast(self, moment: _Moment, directions: Floats) -> tuple[npt.NDArray[np.int32], Floats]:
+    def _cast(self, moment: Moment, directions: Floats) -> tuple[npt.NDArray[np.int32], Floats]:
         """Cast rays (3, N), of the eye's frame and of length 1: the geom that each meets, and its distance or NaN."""
         for name, values in zip(HIT, moment.hit, strict=True):
             getattr(self._data, name)[:] = values
@@ -335,7 +335,7 @@ class Rays:
         return geom, distance
 
     def _moved(
-        self, geom: npt.NDArray[np.int32], distance: Floats, now: _Picture, before: _Picture
+        self, geom: npt.NDArray[np.int32], distance: Floats, now: Picture, before: Picture
     ) -> tuple[Floats, Floats]:
         """Compute flow (2, R C) and the depth before (R C,); NaN where the point was outside or hidden."""
         columns = self.shape[1]
@@ -360,8 +360,8 @@ class Rays:
         return np.where(visible, self._places - old, np.nan), np.where(visible, -points[2], np.nan)
 
     def _carry(
-        self, pixels: Indices, bodies: npt.NDArray[np.int32], at: Floats, now: tuple[_Picture, Indices],
-        before: tuple[_Picture, Indices], points: Floats, old: Floats,
+        self, pixels: Indices, bodies: npt.NDArray[np.int32], at: Floats, now: tuple[Picture, Indices],
+        before: tuple[Picture, Indices], points: Floats, old: Floats,
     ) -> None:  # fmt: skip
         """Find where the points ``at`` pixels were: ``points`` in the eye's frame then, and their ``old`` places."""
         key = (now[1][pixels] * len(before[0].bands) + before[1][pixels]) * self._model.nbody + bodies
@@ -378,7 +378,7 @@ class Rays:
             old[:, mine] = self._middle + self._focal * then[:2] * np.array([[1.0], [-1.0]]) / ahead
 
     def _visible(
-        self, pixels: Indices, geom: npt.NDArray[np.int32], points: Floats, old: Floats, before: _Picture, band: Indices
+        self, pixels: Indices, geom: npt.NDArray[np.int32], points: Floats, old: Floats, before: Picture, band: Indices
     ) -> npt.NDArray[np.bool_]:
         """Return whether each point (R C,) is one of ``pixels`` that was not hidden in the frame before.
 
@@ -407,11 +407,11 @@ class Rays:
         return found
 
 
-_Notes = dict[tuple[int, int], list[tuple[int, _Moment]]]
+_Notes = dict[tuple[int, int], list[tuple[int, Moment]]]
 """Rows of a band -> the parts of its exposure that each render stands for, and the moment of the render."""
 
 
-def _middle(notes: list[tuple[int, _Moment]]) -> _Moment:
+def _middle(notes: list[tuple[int, Moment]]) -> Moment:
     """Return the moment of the render nearest the middle of an exposure."""
     middle = sum(parts * moment.step for parts, moment in notes) / sum(parts for parts, _ in notes)
     return min((moment for _, moment in notes), key=lambda moment: abs(moment.step - middle))

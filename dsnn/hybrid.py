@@ -87,6 +87,7 @@ class Hybrid(Model[HybridParams]):
         values = {field.name: getattr(q, field.name) for field in dataclasses.fields(DSNNParams)}
         self._dsnn = DSNN(self.shape, DSNNParams(**values), form=form)
         self._lgmd = LGMD1(self.shape, q.lgmd, form=form)
+        self.form = self._dsnn.form
         self._dsnn._scale_known = self._lgmd._scale_known = True  # this model looks at the frames itself
         self._frames_held = round(q.gate / q.dt)
         self.reset()

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, Protocol, Self, TypeVar, runtime_checkable
 
 import cv2
 import numpy as np
@@ -14,11 +15,12 @@ import numpy.typing as npt
 
 from dsnn.files import USUAL_FPS
 from dsnn.frames import Channels, checked_params, checked_shape, luma
+from dsnn.snapshot import PARTS, Kind, pack, put, take, unpack
 
 FloatMap = npt.NDArray[np.floating]
 P = TypeVar("P")
 
-CHANNELS = ("hs", "vs", "looming", "azimuth")
+CHANNELS = ("hs", "vs", "looming", "azimuth", "target", "elevation", "target_direction")
 """The potentials and positions that a model may return: fields of `Response`."""
 SPIKING = ("hs", "vs", "looming")
 """The channels with spikes. The first one that a model declares gives a trial's spikes."""
@@ -86,6 +88,13 @@ class Response:
         Spikes of the looming detector in this frame, 0 or more.
     azimuth
         Position of the motion in the view, from -1 at the left edge to 1 at the right.
+    target
+        Strength of the response to a small target, 0 or more, in a unit that the model documents. ``azimuth`` and
+        ``elevation`` say where it is.
+    elevation
+        Position of a small target in the view, from -1 at the upper edge to 1 at the lower.
+    target_direction
+        Direction of a small target in degrees, from -180 to 180: 0 rightward, 90 downward.
 
     Examples
     --------
@@ -103,6 +112,9 @@ class Response:
     looming: float = 0.0
     looming_spikes: int = 0
     azimuth: float = 0.0
+    target: float = 0.0
+    elevation: float = 0.0
+    target_direction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +133,8 @@ class ResponseSeries:
         Spikes of the looming detector in each frame, (T,).
     azimuth
         Position of the motion, (T,), from -1 at the left edge to 1 at the right.
+    target, elevation, target_direction
+        Strength, position and direction of a small target, (T,); see `Response`.
     time_s
         Time of each frame, (T,), in s, from the video; otherwise frames are 1/30 s apart.
 
@@ -139,6 +153,9 @@ class ResponseSeries:
     looming: npt.NDArray[np.float64]
     looming_spikes: npt.NDArray[np.int64]
     azimuth: npt.NDArray[np.float64]
+    target: npt.NDArray[np.float64]
+    elevation: npt.NDArray[np.float64]
+    target_direction: npt.NDArray[np.float64]
     time_s: npt.NDArray[np.float64]
 
     def accumulated_spikes(self, channel: str) -> int:
@@ -257,6 +274,7 @@ class Model(ABC, Generic[P]):
 
     shape: tuple[int, int]
     params: P
+    form = "reference"
     _scale_known = False
 
     def __init__(self, shape: tuple[int, int], params: P | None, kind: type[P]) -> None:
@@ -296,6 +314,47 @@ class Model(ABC, Generic[P]):
     @abstractmethod
     def reset(self) -> None:
         """Return to the state before the first frame."""
+
+    def get_state(self) -> bytes:
+        """Save what the model keeps between two frames.
+
+        Returns
+        -------
+        bytes
+            The state, for `set_state` of a model of the same class, shape, parameters and form, in any process.
+
+        Raises
+        ------
+        ValueError
+            The model follows another's front.
+        """
+        return pack(self._kind(), take(self, PARTS))
+
+    def set_state(self, state: bytes) -> None:
+        """Restore a state: the next frames have the responses that they had then, to the bit.
+
+        Parameters
+        ----------
+        state
+            The bytes that `get_state` returned.
+
+        Raises
+        ------
+        ValueError
+            The bytes are no state, are damaged, or are of another model, or this model follows another's front. The
+            model is then unchanged.
+        """
+        put(self, unpack(state, self._kind()), PARTS)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Make a twin: views among the arrays, and memory of the native form, are not copied one by one."""
+        form = {"form": self.form} if "form" in inspect.signature(type(self)).parameters else {}
+        twin = type(self)(self.shape, self.params, **form)  # type: ignore[arg-type]
+        twin.set_state(self.get_state())
+        return twin
+
+    def _kind(self) -> Kind:
+        return f"{type(self).__name__} {self.shape[0]}x{self.shape[1]}", f"{self.params!r} {self.form}"
 
     def run(
         self, frames: Iterable[npt.NDArray[Any] | tuple[float, npt.NDArray[Any]]], *, channels: Channels = "grey"

@@ -28,6 +28,8 @@ from dsnn.model import CHANNELS, SPIKING, VisionModel
 from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
 from dsnn.params import DSNNParams
+from dsnn.small_target.dstmd import DSTMD, DSTMDParams
+from dsnn.small_target.estmd import ESTMD, ESTMDParams
 
 Entry = TypeVar("Entry")
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,59}$")]
@@ -35,6 +37,7 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,59}$")]
 Channel = Annotated[str, Field(pattern=f"^({'|'.join(CHANNELS)})$")]
 DIRECTION = ("hs", "vs")
 LOOMING = ("looming",)
+TARGET = ("target", "azimuth", "elevation")
 
 
 def _frozen(value: Any) -> Any:
@@ -65,8 +68,7 @@ class ModelEntry:
     robot
         Parameters for robot trials: a frozen, validated dataclass.
     channels
-        Fields of a `Response` that the model fills in: any of ``hs``, ``vs``, ``looming``, ``azimuth``. Others are
-        ignored.
+        Fields of a `Response` that the model fills in, of `dsnn.CHANNELS`. Others are ignored.
     offline
         Parameters for off-line clips; ``None`` for the robot's.
     thresholds
@@ -191,6 +193,10 @@ _ENTRIES = (
         "dsnn-onboard", "the DSNN in whole numbers, as Colias's own processor could run it", OnboardDSNN,
         OnboardParams.robot(), DIRECTION, OnboardParams.offline(),
     ),
+    ModelEntry("estmd", "where a dark target of a few pixels moves (Wiederman and others 2008)",
+               ESTMD, ESTMDParams(), TARGET),
+    ModelEntry("dstmd", "the same, and in which direction (Wang, Peng and Yue 2018)",
+               DSTMD, DSTMDParams(), (*TARGET, "target_direction")),
 )  # fmt: skip
 
 

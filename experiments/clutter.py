@@ -7,7 +7,6 @@ EXPERIMENT = Experiment(
     summary="crossings before walls from plain to strong clutter",
     design=Clutter(),
     varies="wall_contrast",
-    claims=(),
 )
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ EXPERIMENT = Experiment(
     summary="crossings by shells from black to white",
     design=Contrast(),
     varies="shell_grey",
-    claims=(),
 )
 
 if __name__ == "__main__":

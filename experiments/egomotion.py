@@ -7,7 +7,6 @@ EXPERIMENT = Experiment(
     summary="crossings while the observer turns or drives",
     design=Egomotion(),
     varies="observer_turn_deg_s",
-    claims=(),
 )
 
 if __name__ == "__main__":

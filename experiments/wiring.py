@@ -1,7 +1,5 @@
 """Wiring of `colias_sim` to what users write: the envs' neural observations to models, arenas to Python files."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -36,6 +34,19 @@ class CheckedModel:
         """Forget every frame."""
         self.inner.reset()
 
+    def get_state(self) -> bytes:
+        """Save what the model keeps; ``ValueError`` if it has no such method."""
+        return bytes(self._savable().get_state())
+
+    def set_state(self, state: bytes) -> None:
+        """Restore what `get_state` saved."""
+        self._savable().set_state(state)
+
+    def _savable(self) -> Any:
+        if not (hasattr(self.inner, "get_state") and hasattr(self.inner, "set_state")):
+            raise ValueError(f"model {self.name} cannot be saved: give it get_state() and set_state(state)")
+        return self.inner
+
 
 def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
     """Build a model with its parameters for the robot, for frames of ``shape`` (R, C).
@@ -57,10 +68,8 @@ def build(model: Any, shape: tuple[int, int]) -> CheckedModel:
         thresholds = {channel: model.threshold(channel, model.robot) for channel in model.channels}
         return CheckedModel(model.name, model.build(shape, model.robot), model.channels, thresholds)
     if not callable(model):
-        raise ValueError(
-            f"model={model!r}: expected a model's name, a .py file, a dsnn.ModelEntry,"
-            " or a factory that takes one argument, the tuple (rows, columns)"
-        )
+        legal = "a model's name, a .py file, a dsnn.ModelEntry, or a factory that takes the tuple (rows, columns)"
+        raise ValueError(f"model must be {legal}, got {model!r}")
     return CheckedModel(getattr(model, "__name__", type(model).__name__), model(shape), CHANNELS, {})
 
 
@@ -85,7 +94,7 @@ def arena_text(path: Path) -> str:
     Exception
         Whatever the file raises.
     """
-    arena = declared(path, "ARENA")
+    arena = declared(path, "ARENA", object)
     text = arena() if callable(arena) else arena
     if not isinstance(text, str):
         raise UsageError(f"{path}: ARENA must be MJCF, as a text, got {type(text).__name__}")

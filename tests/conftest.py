@@ -17,6 +17,8 @@ from threadpoolctl import threadpool_limits
 
 from dsnn import DSNNParams
 
+# Rerun reads it as it is imported. What its threads log takes the interpreter's lock, which ending a recording holds.
+os.environ["RUST_LOG"] = "error,re_grpc_client=off,re_sdk=off,re_log_encoding=off"
 os.environ["COLUMNS"] = "100"  # the consoles are made when the first test imports them, and are the same in every order
 
 ROOT = Path(__file__).parents[1]

@@ -32,17 +32,15 @@ import polars as pl
 from experiments.base.files import read_parquet
 from experiments.declare.claim import BEHAVIOURS, PAPER, claim_ids, texts
 from experiments.draw.terminal import SIGNS, seen_as
-from experiments.judge import stored
-from experiments.judge.count import Count, count_of
-from experiments.judge.verdict import Verdict
+from experiments.judge.verdict import Count, Verdict, count_of, verdicts as stored_verdicts
 from experiments.kinds import registry
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
+from experiments.paper.page import Scale
 from experiments.paper.reproduce import design
-from experiments.paper.scale import Scale
 from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import read_description
+from experiments.store.folder import read_description
 from experiments.store.provenance import UNREPEATABLE
 
 ROOT = Path(__file__).parents[1]
@@ -182,7 +180,7 @@ def taken(run: Path, before: Mapping[str, Any]) -> dict[str, Any]:
         What the file has now: its study stays where the folder has none.
     """
     designed = read(run / "design.json")
-    verdicts = [*stored.verdicts(read(run / "claims.json")), *stored.verdicts(read(run / "behaviours.json"))]
+    verdicts = [*stored_verdicts(read(run / "claims.json")), *stored_verdicts(read(run / "behaviours.json"))]
     scores = [pl.read_csv(path, infer_schema=False) for path in sorted(run.glob("behave-*/summary.csv"))]
     commits = {_commit(table.parent) for table in tables_of(run) if FIDELITY.name not in table.relative_to(run).parts}
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Collection
 
@@ -30,23 +31,29 @@ class Apparatus:
         Names of the robots whose shells vary.
     robot
         The robot that the model was compiled with.
-    retexture
-        Called with the index of a changed texture, to update copies of it.
     """
 
-    def __init__(
-        self, sim: Simulation, observer: str, shells: Collection[str], robot: RobotConfig,
-        retexture: Callable[[int], None],
-    ) -> None:  # fmt: skip
-        self._sim, self._observer, self._retexture = sim, observer, retexture
-        self._materials = [sim.model.material(f"{name}/shell") for name in shells]
-        self._eye_quat = sim.model.camera(f"{observer}/eye").quat
+    def __init__(self, sim: Simulation, observer: str, shells: Collection[str], robot: RobotConfig) -> None:
+        self._observer, self._shells = observer, shells
+        self._bind(sim)
         self._straight_quat = self._eye_quat.copy()
         self._robot, self._contrast = robot, 1.0
-        self._wall = texels(sim.model, WALL)
         self._plain_wall = self._wall.copy()
 
-    def set(self, camera: CameraConfig, robot: RobotConfig, values: Values) -> None:
+    def _bind(self, sim: Simulation) -> None:
+        """Find what varies in a simulation."""
+        self._sim = sim
+        self._materials = [sim.model.material(f"{name}/shell") for name in self._shells]
+        self._eye_quat = sim.model.camera(f"{self._observer}/eye").quat
+        self._wall = texels(sim.model, WALL)
+
+    def copy(self, sim: Simulation) -> Apparatus:
+        """Make a twin of it for a copy of the simulation."""
+        twin = copy.copy(self)
+        twin._bind(sim)
+        return twin
+
+    def set(self, camera: CameraConfig, robot: RobotConfig, values: Values, retexture: Callable[[int], None]) -> None:
         """Set everything except light, wheel gains, start and latency. Call it before the simulation's reset.
 
         Parameters
@@ -55,6 +62,8 @@ class Apparatus:
             The settings of the observer's camera and body. Only the robot's mass and motor gain may vary.
         values
             Factor -> its values, of all factors of `USUAL`.
+        retexture
+            Called with the index of a changed texture, to update copies of it.
         """
         (contrast,), (pitch, yaw) = values["wall"], values["tilt"]
         for material in self._materials:
@@ -66,7 +75,7 @@ class Apparatus:
         if contrast != self._contrast:
             self._contrast = contrast
             self._wall[:] = contrasted(self._plain_wall, contrast)
-            self._retexture(self._sim.model.tex(WALL).id)
+            retexture(self._sim.model.tex(WALL).id)
         if self._sim.seeing:
             self._sim.camera(self._observer).tune(camera)
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import inspect
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Generic
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self
 
 import gymnasium as gym
 import numpy as np
@@ -18,10 +20,12 @@ from colias_sim.config import SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
 from colias_sim.envs.measures import SHARE, SIZE, Values
 from colias_sim.envs.options import EnvOptions, Options, checked
-from colias_sim.envs.randomise import FACTORS, USUAL, apparatus_with, camera_ends, draw, given_values
+from colias_sim.envs.randomise import FACTORS, USUAL, Values as Factors, apparatus_with, camera_ends, draw, given_values
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
+    NEURAL,
     Model,
+    PastResponse,
     Response,
     action_space,
     build_model,
@@ -32,8 +36,10 @@ from colias_sim.envs.senses import (
 from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
 from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, bearing
+from colias_sim.snapshot import PARTS, SETTINGS
 from colias_sim.streams import clearing, episode, film, world
 from colias_sim.truth import Truth
+from dsnn.snapshot import Parts, Tree, attributes, pack, put, take, unpack
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
@@ -97,6 +103,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
 
         self.options = options = checked(self.options_type, arguments)  # type: ignore[assignment]
         self.render_mode = options.render_mode
+        self._kind = type(self).__name__, repr(dataclasses.replace(options, model="", render_mode=None))
         # The class has every mode, as gym.make asks it; the checkers ask the env.
         modes = [mode for mode in ColiasEnv.metadata["render_modes"] if mode != "human" or has_screen()]
         self.metadata = {"render_modes": modes, "render_fps": 30.0 / options.frames_per_step}
@@ -127,7 +134,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             self.close()
             raise
         shells = [name for name, variant in others.items() if variant != "colias"]
-        self._apparatus = Apparatus(sim, self._observer.name, shells, robot, self._retexture)
+        self._apparatus = Apparatus(sim, self._observer.name, shells, robot)
 
     # What a subclass declares. (`World` has what disturbs it.)
 
@@ -247,11 +254,10 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         # The camera's noise has its own generator, so that the world does not depend on the observation, and
         # baselines with other observations can be compared in pairs.
         rng = episode(self.np_random)
+        self._start = self.np_random.bit_generator.state
         placements, self._drivers = self._drawn(self.np_random)
         drawn = draw(self.options.randomise, given, self.np_random, rng)
-        values = USUAL | drawn
-        camera, self._body = apparatus_with(self._camera, self._robot, drawn)
-        self._apparatus.set(camera, self._body, values)
+        values = self._equip(drawn)
         self._wheel_gains, (ahead_cm, left_cm) = values["wheel_gain"], values["start"]
         (light,), (latency_ms,) = values["light"], values["latency_ms"]
         self._delay(0.001 * latency_ms)
@@ -359,6 +365,95 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
                 self._renderer.close()
             self._sim.close()
 
+    def get_state(self) -> bytes:
+        """Save everything that goes on: the world with its other robots, all streams of random numbers, the model.
+
+        Returns
+        -------
+        bytes
+            The state, for `set_state` of an env of this class with the same arguments, in any process. `render_mode`
+            may differ. Counters of Gymnasium's wrappers, and what the agent keeps, are no part of it.
+
+        Raises
+        ------
+        ValueError
+            The vision model, or something that a class of yours keeps, cannot be saved: the message names it.
+        gymnasium.error.ClosedEnvironmentError
+            After `close`.
+        """
+        self._check_open()
+        return pack(self._kind, self._tree() | {"_model": self._model and self._model.get_state()})
+
+    def set_state(self, state: bytes) -> None:
+        """Restore a state: equal actions then have equal observations, rewards and infos, to the bit.
+
+        Parameters
+        ----------
+        state
+            The bytes that `get_state` returned.
+
+        Raises
+        ------
+        ValueError
+            The bytes are no state, are damaged, or are of another env, arguments or model. The env is then unchanged.
+        gymnasium.error.ClosedEnvironmentError
+            After `close`.
+        """
+        self._check_open()
+        tree = unpack(state, self._kind, (Pose,))
+        world, model = self._sim._read(tree.pop("_sim")), tree.pop("_model")
+        if self._model is not None:
+            self._model.set_state(model)
+        self._responses = [PastResponse(*response) for response in tree.pop("_responses")]
+        if tree["_begun"]:
+            self._equip(tree["_factors"])
+        self._sim._restore(world)
+        if tree["_drivers"]:  # are drawn again from where the episode began, and then put into their states
+            rng = self.np_random = tree.pop("_np_random")
+            now, rng.bit_generator.state = rng.bit_generator.state, tree["_start"]
+            self._drivers = self._drawn(rng)[1]
+            rng.bit_generator.state = now
+        put(self, tree, self._parts)
+
+    def copy(self) -> Self:
+        """Make a twin in this process, which goes on from here on its own. Of a wrapped env call ``unwrapped.copy``.
+
+        Returns
+        -------
+        ColiasEnv
+            The twin. It shares the OpenGL contexts: use both in one thread. A vision model of yours is copied by
+            ``copy.deepcopy``.
+
+        Raises
+        ------
+        ValueError
+            Something that a class of yours keeps cannot be saved.
+        gymnasium.error.ClosedEnvironmentError
+            After `close`.
+        """
+        self._check_open()
+        twin = copy.copy(self)
+        for name in attributes(self, self._parts) or ():
+            vars(twin).pop(name, None)
+        twin._sim = self._sim.copy()
+        twin._observer = twin._sim.robots[self._observer.name]
+        twin._model = None
+        twin._renderer = None if self._renderer is None else self._renderer.copy(twin._sim)
+        twin._apparatus = self._apparatus.copy(twin._sim)
+        twin.set_state(pack(self._kind, self._tree() | {"_model": None}))
+        twin._model = copy.deepcopy(self._model)
+        return twin
+
+    @property
+    def _parts(self) -> Parts:
+        mine = f"{type(self).__module__}.{type(self).__qualname__}"
+        return {**PARTS, mine: " ".join(name for name in vars(self) if name not in SETTINGS.split())}
+
+    def _tree(self) -> Tree:
+        """Return the state without that of the model."""
+        responses = [[getattr(response, name) for name in NEURAL] for response in self._responses]
+        return take(self, self._parts, (Pose,)) | {"_responses": responses, "_sim": self._sim.get_state()}
+
     # Read-only views, for recordings and baselines.
 
     @property
@@ -412,6 +507,13 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Compute the reward's term for motor effort: -0.05 times the mean square of the two wheels."""
         left, right = self._wheels
         return -0.05 * float((left * left + right * right) / 2)
+
+    def _equip(self, drawn: Factors) -> Factors:
+        """Set the apparatus to an episode's draw; return the values of all factors that are no settings."""
+        self._factors, values = drawn, USUAL | drawn
+        camera, self._body = apparatus_with(self._camera, self._robot, drawn)
+        self._apparatus.set(camera, self._body, values, self._retexture)
+        return values
 
     def _retexture(self, texture: int) -> None:
         """Update all copies of a changed texture."""

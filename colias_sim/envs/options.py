@@ -17,8 +17,7 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass
 
-from colias_sim.config import Arena as Arena
-from colias_sim.config import CameraConfig, ProcessorConfig, RobotConfig
+from colias_sim.config import Arena as Arena, CameraConfig, ProcessorConfig, RobotConfig
 from colias_sim.envs.randomise import PRESET, Range, camera_ends, checked_randomise
 from dsnn.field_docs import unit, with_field_docs
 from scenes.hints import nearest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import copy
 import math
 import threading
 import weakref
@@ -87,6 +88,13 @@ class Renderer:
         self._views = views(sim.model, name, options.render_view, options.render_width, options.render_height)
         self._floor = sim.model.geom("floor").id
         self._offscreen = Offscreen(sim.model, options.render_height, options.render_width)
+
+    def copy(self, sim: Simulation) -> Renderer:
+        """Make a twin that shows a copy of the simulation: it shares the OpenGL context, or opens its own window."""
+        twin = copy.copy(self)
+        twin._sim, twin._viewer, twin._shut = sim, None, None
+        twin._offscreen = None if self._offscreen is None else self._offscreen.copy(sim.model)
+        return twin
 
     def show(self) -> None:
         """Show the state after a reset or a step in the window, if there is one."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -70,6 +71,10 @@ class Response(Protocol):
         ...
 
 
+PastResponse = namedtuple("PastResponse", "hs vs hs_spikes vs_spikes looming looming_spikes azimuth")
+"""What an env's state keeps of a response: the entries of `NEURAL`."""
+
+
 class Model(Protocol):
     """The interface of a vision model in an env. The models of ``dsnn`` satisfy it."""
 
@@ -79,6 +84,14 @@ class Model(Protocol):
 
     def reset(self) -> None:
         """Return to the state before the first frame."""
+        ...
+
+    def get_state(self) -> bytes:
+        """Save what it keeps between two frames; ``ValueError`` if the model has no such method."""
+        ...
+
+    def set_state(self, state: bytes) -> None:
+        """Restore what `get_state` saved; ``ValueError``, and nothing done, if that is not its own."""
         ...
 
 

@@ -84,6 +84,11 @@ class Flow(Model[FlowParams]):
         """Return to the state before the first frame."""
         self._first = True
 
+    @property
+    def local_motion(self) -> npt.NDArray[np.float32]:
+        """The flow of the last frame, (R, C, 2), px since the frame before, right and down positive; a copy."""
+        return np.zeros_like(self._flow) if self._first else self._flow.copy()
+
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         self._before, self._now = self._now, self._before
         if luminance.dtype == np.uint8:

@@ -106,6 +106,7 @@ class LocalMotion:
         """Return to the state before the first frame."""
         self._retina.reset()
         self._states.reset()
+        self._motion[:] = 0.0
 
     def step(self, luminance: npt.NDArray[Any]) -> Floats:
         """Compute the next frame's local motion, (4, R, C): right, left, down, up. Valid until the next step."""
@@ -119,6 +120,11 @@ class LocalMotion:
         t4, t5 = cells.swapaxes(0, 1)
         np.add(power(t4, self._q.exp_on), power(t5, self._q.exp_off), out=self._motion)
         return self._motion
+
+    def field(self) -> Floats:
+        """Return right less left, and down less up, of the last frame, (R, C, 2), in no unit of length; a copy."""
+        right, left, down, up = self._motion
+        return np.stack([right - left, down - up], axis=-1)
 
     def _normalise(self, p: Floats) -> None:
         """Write the signed difference of Gaussians, with its residue, normalised by the neighbourhood, into `_c`."""

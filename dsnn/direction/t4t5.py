@@ -10,7 +10,7 @@ from pydantic import Field
 from dsnn.direction.local_motion import LocalMotion, LocalMotionParams
 from dsnn.direction.reference import odd_sigmoid
 from dsnn.field_docs import parameters
-from dsnn.filters import total
+from dsnn.filters import Floats, total
 from dsnn.model import Model, Response
 
 
@@ -76,6 +76,11 @@ class T4T5(Model[T4T5Params]):
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._local.reset()
+
+    @property
+    def local_motion(self) -> Floats:
+        """What T4 and T5 cells respond to the last frame, (R, C, 2), right and down positive, in no unit of length."""
+        return self._local.field()
 
     def _respond(self, luminance: npt.NDArray[Any], maps: bool) -> Response:
         motion = self._local.step(luminance)

@@ -94,6 +94,11 @@ class MLPLC2(Detector[MLPLC2Params]):
         self._local.reset()
         self._outputs.clear()
 
+    @property
+    def local_motion(self) -> Floats:
+        """What T4 and T5 cells respond to the last frame, (R, C, 2), right and down positive, in no unit of length."""
+        return self._local.field()
+
     def _detect(self, luminance: npt.NDArray[Any]) -> tuple[float, int]:
         q = self.params
         quadrants = self._quadrants(self._local.step(luminance))

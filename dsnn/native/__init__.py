@@ -55,7 +55,9 @@ class NativeModel:
     def __init__(self, name: str, config: Any) -> None:
         module = kernel()
         self._ffi, self._lib = module.ffi, module.lib
-        size_of, make, self._reset = (getattr(self._lib, f"{name}_{what}") for what in ("size", "make", "reset"))
+        size_of, make, self._reset, self._state_size, self._save, self._load = (
+            getattr(self._lib, f"{name}_{what}") for what in ("size", "make", "reset", "state_size", "save", "load")
+        )
         steps: list[Any] = [getattr(self._lib, f"{name}_step_{kind}", None) for kind in ("u8", "f32")]
         self._step_bytes, self._step_floats = steps
         size = size_of(config)
@@ -68,6 +70,21 @@ class NativeModel:
     def reset(self) -> None:
         """Return to the state before the first frame."""
         self._reset(self._model)
+
+    def get_state(self) -> npt.NDArray[np.uint8]:
+        """Copy the arrays that the model keeps between two frames."""
+        size = self._state_size(self._model)
+        if not size:
+            raise ValueError("a model that follows the front of another cannot be saved or restored: make one without")
+        state = np.empty(size, np.uint8)
+        self._save(self._model, self._ffi.from_buffer("uint8_t[]", state))
+        return state
+
+    def set_state(self, state: npt.NDArray[np.uint8]) -> None:
+        """Restore the arrays; ``ValueError``, and nothing done, for those of another model."""
+        same = state.size == self._state_size(self._model)
+        if not (same and self._load(self._model, self._ffi.from_buffer("uint8_t[]", state))):
+            raise ValueError("the state is of another model, or this one follows the front of another")
 
     def _see(self, luma: npt.NDArray[Any]) -> Any:
         """Compute the output for the next frame, (R, C) uint8 or floating point; the next call overwrites it."""

@@ -121,6 +121,29 @@ void dsnn_reset(dsnn *m)
     m->first = 1;
 }
 
+size_t dsnn_state_size(const dsnn *m) { return m->follows ? 0 : sizeof m->sums + 2 * sizeof(int32_t) + m->states_size; }
+
+void dsnn_save(const dsnn *m, uint8_t *state)
+{
+    const int32_t counters[2] = {m->newest, m->first};
+    memcpy(state, m->sums, sizeof m->sums);
+    memcpy(state + sizeof m->sums, counters, sizeof counters);
+    memcpy(state + sizeof m->sums + sizeof counters, (const unsigned char *)m + m->states, m->states_size);
+}
+
+int32_t dsnn_load(dsnn *m, const uint8_t *state)
+{
+    int32_t counters[2];
+    memcpy(counters, state + sizeof m->sums, sizeof counters);
+    if (m->follows || counters[0] < 0 || counters[0] > m->config.n_p)
+        return 0;
+    memcpy(m->sums, state, sizeof m->sums);
+    m->newest = counters[0];
+    m->first = counters[1];
+    memcpy((unsigned char *)m + m->states, state + sizeof m->sums + sizeof counters, m->states_size);
+    return 1;
+}
+
 /* An odd sigmoid into (-0.5, 0.5) (sigmoid). */
 static double sigmoid(double x, double scale)
 {

@@ -82,6 +82,13 @@ int32_t dsnn_follow(dsnn *model, const dsnn *front);
 /* Answer the last frame again, with on, off, scale, k_sp and t_sp of another configuration: they act on sums alone. */
 void dsnn_read(const dsnn *model, const dsnn_config *other, dsnn_answer *answer);
 
+/* The state between two frames: bytes of it; a copy; and the same into a model of the same configuration, which answers
+ * the next frames as the other would. It is for the same build and byte order. The size is 0 for a model that follows
+ * another; `load` returns 0, and does nothing, for such a model and for bytes that are no state. */
+size_t dsnn_state_size(const dsnn *model);
+void dsnn_save(const dsnn *model, uint8_t *state);
+int32_t dsnn_load(dsnn *model, const uint8_t *state);
+
 /* Copies of the layers of the last frame, rows x columns each: P, LA (signed), F of ON and of OFF. */
 void dsnn_maps(dsnn *model, float *p, float *la, float *f_on, float *f_off);
 
@@ -111,5 +118,8 @@ lgmd1 *lgmd1_make(void *memory, size_t size, const lgmd1_config *config);
 void lgmd1_reset(lgmd1 *model);
 void lgmd1_step_u8(lgmd1 *model, const uint8_t *luma, lgmd1_answer *answer);
 void lgmd1_step_f32(lgmd1 *model, const float *luma, lgmd1_answer *answer);
+size_t lgmd1_state_size(const lgmd1 *model);
+void lgmd1_save(const lgmd1 *model, uint8_t *state);
+int32_t lgmd1_load(lgmd1 *model, const uint8_t *state);
 
 #endif

@@ -73,6 +73,31 @@ void lgmd1_reset(lgmd1 *m)
     m->change = 0.0;
 }
 
+size_t lgmd1_state_size(const lgmd1 *m) { return sizeof m->change + 2 * sizeof(int32_t) + m->states_size; }
+
+void lgmd1_save(const lgmd1 *m, uint8_t *state)
+{
+    const int32_t flags[2] = {m->first, m->now > m->before}; /* the two maps take turns */
+    memcpy(state, &m->change, sizeof m->change);
+    memcpy(state + sizeof m->change, flags, sizeof flags);
+    memcpy(state + sizeof m->change + sizeof flags, (const unsigned char *)m + m->states, m->states_size);
+}
+
+int32_t lgmd1_load(lgmd1 *m, const uint8_t *state)
+{
+    float *const now = m->now;
+    int32_t flags[2];
+    memcpy(&m->change, state, sizeof m->change);
+    memcpy(flags, state + sizeof m->change, sizeof flags);
+    m->first = flags[0];
+    if ((m->now > m->before) != (flags[1] != 0)) {
+        m->now = m->before;
+        m->before = now;
+    }
+    memcpy((unsigned char *)m + m->states, state + sizeof m->change + sizeof flags, m->states_size);
+    return 1;
+}
+
 static void step(lgmd1 *m, const uint8_t *bytes, const float *floats, lgmd1_answer *answer)
 {
     const lgmd1_config *c = &m->config;

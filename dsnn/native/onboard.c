@@ -59,6 +59,23 @@ void onboard_reset(onboard *m)
     m->first = 1;
 }
 
+#ifndef ONBOARD_CONFIG_HEADER
+/* All but the head, which points to the configuration. */
+size_t onboard_state_size(const onboard *m) { return lay_out(CONFIG(m), NULL, NULL, NULL) - sizeof m->head; }
+
+void onboard_save(const onboard *m, uint8_t *state) { memcpy(state, (const unsigned char *)m + sizeof m->head, onboard_state_size(m)); }
+
+int32_t onboard_load(onboard *m, const uint8_t *state)
+{
+    int32_t newest;
+    memcpy(&newest, state + sizeof m->sums, sizeof newest);
+    if (newest < 0 || newest >= larger(CONFIG(m)->n_p, 1))
+        return 0;
+    memcpy((unsigned char *)m + sizeof m->head, state, onboard_state_size(m));
+    return 1;
+}
+#endif
+
 void onboard_step(onboard *m, const uint8_t *luma, onboard_answer *answer)
 {
     const planes l = planes_of(m);

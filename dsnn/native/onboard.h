@@ -79,6 +79,11 @@ void onboard_reset(onboard *model);
 /* Answer the next frame: rows x columns grey levels, row-major without gaps. */
 void onboard_step(onboard *model, const uint8_t *luma, onboard_answer *answer);
 
+/* The state between two frames, as dsnn_state_size, dsnn_save and dsnn_load of dsnn.h; not on the chip. */
+size_t onboard_state_size(const onboard *model);
+void onboard_save(const onboard *model, uint8_t *state);
+int32_t onboard_load(onboard *model, const uint8_t *state);
+
 /* Layers of the last frame, rows x columns each: P in Q p_frac, signed LA in Q la_frac, F of ON and OFF in Q f_frac. */
 void onboard_maps(onboard *model, int32_t *p, int32_t *la, int32_t *f_on, int32_t *f_off);
 

@@ -23,6 +23,7 @@ from dsnn.stimuli.plain import Plain, PlainParams
 from dsnn.stimuli.reverse_phi import ReversePhi, ReversePhiParams
 from dsnn.stimuli.stimulus import ClipParams, Stimulus
 from dsnn.stimuli.street import Street, StreetParams
+from dsnn.stimuli.target import Target, TargetParams
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,7 @@ _ENTRIES = (
     StimulusEntry("apparent", "a bar steps on or off, then its neighbour: two strokes", Apparent, ApparentParams()),
     StimulusEntry("foliage", "a natural texture swaying in the wind, going nowhere", Foliage, FoliageParams()),
     StimulusEntry("street", "people or cars that cross a street among windblown foliage", Street, StreetParams()),
+    StimulusEntry("target", "a target of 1 to 15 px before a moving natural image", Target, TargetParams()),
 )
 
 

@@ -20,6 +20,7 @@ KEYS: Mapping[str, int] = MappingProxyType(
         "cluttered.start": 1,  # which part of the background a clip starts at
         "background.pink": 2,  # the noise of a background
         "jitter": 3,  # the shifts of a trembling camera
+        "target.start": 4,  # where in its scene a clip of a small target begins
         "street.ground": 10,  # what stands still in a street
         "street.leaves": 11,  # its leaves, and how they sway
         "street.movers": 12,  # who walks in a group

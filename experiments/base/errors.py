@@ -1,7 +1,5 @@
 """Errors in one line: a wrong use, a trial that failed."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Write files whole or not at all: each is written as NAME.part, then renamed."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import datetime
@@ -59,6 +57,11 @@ def replacing(path: Path) -> Iterator[Path]:
 def read_parquet(path: Path | list[Path], columns: list[str] | None = None) -> pl.DataFrame:
     """Read Parquet files of one schema, or some columns of them; ``*`` and ``a=1`` in a path are names like others."""
     return pl.read_parquet(path, columns=columns, glob=False, hive_partitioning=False)
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file."""
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def to_json(value: Any) -> str:

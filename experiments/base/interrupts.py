@@ -8,8 +8,6 @@ first does so in a block of `once`; a second Ctrl-C ends it at once even there.
 Without `begin`, which only a command line of ours calls, Python's own behaviour stays, and the blocks do nothing.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

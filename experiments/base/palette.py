@@ -6,8 +6,6 @@ Fernandes 2009), and potentials have a contrast of at least 3:1 both on white an
 `tests/experiments/base/test_palette.py` holds them to it.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterable, Mapping
 from typing import Any

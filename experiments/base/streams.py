@@ -13,8 +13,6 @@ env's world and film from `colias_sim.streams`.
   bootstrap over training seeds starts at the first of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

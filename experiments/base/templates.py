@@ -1,7 +1,5 @@
 """Templates of pages and files, filled in: the one Jinja environment."""
 
-from __future__ import annotations
-
 import functools
 from typing import Any
 

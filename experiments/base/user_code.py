@@ -1,7 +1,5 @@
 """Run a user's own Python file and return what it declares."""
 
-from __future__ import annotations
-
 import builtins
 import functools
 import hashlib
@@ -15,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from importlib.machinery import PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote
 
 from experiments.base.errors import UsageError
@@ -37,6 +35,7 @@ _HIDDEN_BY_NONE = sys.stdlib_module_names.union(PACKAGES)
 _digests: dict[str, dict[str, str]] = {}
 """Name of a user's file as a module -> the SHA-256, by path, of it and of its folder's modules that it imported."""
 Names = Mapping[str, object] | None
+Kind = TypeVar("Kind")
 _loading = threading.RLock()
 
 
@@ -50,7 +49,7 @@ def is_own(source: str) -> bool:
     return is_file(source) or source.endswith(".npz")
 
 
-def declared(path: Path, name: str, *kinds: type) -> Any:
+def declared(path: Path, name: str, *kinds: type[Kind]) -> Kind:
     """Return what the file at ``path`` declares as ``name``, an object of one of the ``kinds``.
 
     A file is executed once in a process, and again when it, or a module of its folder that it imports, has changed.
@@ -67,7 +66,7 @@ def declared(path: Path, name: str, *kinds: type) -> Any:
     if not hasattr(module, name):
         others = [f", but {other}, which is for {use}" for other, use in _COMMANDS.items() if hasattr(module, other)]
         raise UsageError(f"{path}: declares no {name}{''.join(others[:1])}")
-    value = getattr(module, name)
+    value: Kind = getattr(module, name)
     if kinds and not isinstance(value, kinds):
         expected = " or ".join(kind.__name__ for kind in kinds)
         raise UsageError(f"{path}: {name} is a {type(value).__name__}, expected {expected}")

@@ -1,7 +1,5 @@
 """Values of parameters by their keys, ``SECTION.NAME``: from Python as they are, from ``--set`` as texts."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from typing import Any

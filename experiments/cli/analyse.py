@@ -3,21 +3,18 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from experiments.base.console import count, show_files
 from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import BOARDS, shipped
 from experiments.store.asked import Asked
-
-if TYPE_CHECKING:
-    from experiments.store.workers import Workers
+from experiments.store.workers import Workers
 
 MODEL_CLAIMS = "model-claims"
 """The study of the claims of the looming models' own papers."""
@@ -53,8 +50,7 @@ def reproduce(
 
 def sweep(
     experiment: Annotated[
-        str,
-        typer.Argument(metavar="EXPERIMENT|STUDY", help="Experiments, joined by commas; or a study."),
+        str, typer.Argument(metavar="EXPERIMENT|STUDY", help="Experiments, joined by commas; or a study.")
     ],
     over: options.Over = None,
     claims: Claims = None,
@@ -97,7 +93,6 @@ def _names(text: str | None) -> list[str] | None:
 
 def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> int:
     """Judge the claims of models' own papers, and show them."""
-    from experiments.base.console import count, show_files
     from experiments.draw.terminal import show_verdicts
 
     verdicts, failures = shipped(BOARDS["reproduction"]).judge_models(folder, names, seed, pool)

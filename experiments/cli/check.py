@@ -4,8 +4,6 @@ A law is a function of a model, a stimulus or an arena; its docstring states it.
 yours, and the tests on all that ship.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache

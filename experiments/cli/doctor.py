@@ -1,7 +1,5 @@
 """What this machine has of what the bench needs, for ``colias doctor``."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import shutil
 import sys

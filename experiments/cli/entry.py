@@ -1,7 +1,5 @@
 """Begin and end of every command. Needs the standard library alone until Ctrl-C is seen to."""
 
-from __future__ import annotations
-
 import atexit
 import errno
 import gc

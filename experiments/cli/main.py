@@ -1,14 +1,12 @@
 """The command line: every command of ``colias``. Heavy imports happen inside, so that help is quick."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
 from experiments.base.errors import UsageError
-from experiments.store.command import begun_by
+from experiments.store.asked import begun_by
 
 GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = {
     "run": {

@@ -1,19 +1,16 @@
 """Options that several commands share, and the folder and the workers of a run that they ask for."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from experiments.base.console import out_console, print_troubles
 from experiments.base.errors import UsageError
 from experiments.kinds.tables import kind_of
-
-if TYPE_CHECKING:
-    from experiments.store.asked import Asked
-    from experiments.store.workers import Workers as Pool
+from experiments.store.asked import Asked
+from experiments.store.workers import Workers as Pool
 
 EXIT_FAILED = 1
 """Exit status of a command some of whose jobs failed."""
@@ -59,8 +56,6 @@ Workers = Annotated[int | None, typer.Option(help="Worker processes; 0: none. Ot
 
 def pool(workers: int | None, cluster: str | None, quiet: bool) -> Pool:
     """Return the workers that these options ask for."""
-    from experiments.store.workers import Workers as Pool
-
     return Pool(workers, cluster, quiet=quiet)
 
 
@@ -104,9 +99,8 @@ def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "", *, dry
     int
         The exit status: 1 if trials or users' judges failed.
     """
-    from experiments.base.console import out_console, print_troubles
     from experiments.base.files import results_folder
-    from experiments.kinds.kind import perform, planned
+    from experiments.kinds.result import perform, planned
     from experiments.store.plan import forecast
 
     plan = planned(asked)

@@ -1,12 +1,11 @@
 """The commands for what is your own: ``colias new`` and ``colias check``. Heavy imports happen when they run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from experiments.base.console import count, out_console
 from experiments.cli import options
 from experiments.cli.new import KINDS, write
 from scenes import ARENAS, arena_name
@@ -22,8 +21,6 @@ def new(
 
     Nothing is overwritten.
     """
-    from experiments.base.console import out_console
-
     path = write(kind, name, Path())
     summary, command = KINDS[kind]
     out_console.print(f"{path}: {summary}. Try it as it is:")
@@ -47,7 +44,6 @@ def check(
     and lets the camera see a robot.
     Exit status: 1 if a law is broken.
     """
-    from experiments.base.console import count, out_console
     from experiments.cli.check import MODELS, answers, try_laws, vision
 
     label, laws, subject = _subject(model)

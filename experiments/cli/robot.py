@@ -3,8 +3,6 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from experiments.base.console import count, error_console, out_console, show, show_places
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.store.asked import Asked
@@ -27,18 +26,15 @@ app = typer.Typer(
 def _program(values: Mapping[str, str]) -> Any:
     """Return the program that is asked for, and say on stderr where its codes are too coarse for its longest delay."""
     from dsnn.onboard.dead_zone import SMALL, dead_zone, longest_delay
-    from experiments.base.console import error_console
     from experiments.robot import firmware
 
     program = firmware.program(values)
     network = program[0]
     falling, rising = dead_zone(network)
     if max(falling, rising) > SMALL:
-        error_console.print(
-            f"note: {network.state_bits} bits are too coarse for a delay of {max(network.delays()):g} ms: the delayed"
-            f" signal does not fall from up to {falling:.2g} of its range, nor rise to {rising:.2g} or less;"
-            f" delays of up to {longest_delay(network):,.0f} ms work"
-        )
+        delay = f"a delay of {max(network.delays()):g} ms, but for one of up to {longest_delay(network):,.0f} ms"
+        lost = f"its signal does not fall from up to {falling:.2g} of its range, nor rise to {rising:.2g} or less"
+        error_console.print(f"note: {network.state_bits} bits are too coarse for {delay}: {lost}")
     return program
 
 
@@ -51,7 +47,6 @@ def budget(assignments: options.Assignments = None) -> int:
 
     colias firmware budget --set dsnn-onboard.lamina_bits=16 --set chip.ring_frames=2
     """
-    from experiments.base.console import out_console
     from experiments.robot import firmware
 
     program = _program(key_values(assignments))
@@ -71,7 +66,6 @@ def check(assignments: options.Assignments = None) -> int:
 
     Exit status 1: a response differs.
     """
-    from experiments.base.console import out_console, show
     from experiments.robot import firmware
 
     table = firmware.check(_program(key_values(assignments)))
@@ -92,9 +86,7 @@ def export(
 
     There is a program that measures itself on a board too; colias firmware decode reads what it sends.
     """
-    from experiments.base.console import error_console, show_places
-    from experiments.robot import export as exporting
-    from experiments.robot import firmware
+    from experiments.robot import export as exporting, firmware
 
     options.check_new(folder)
     values = key_values(assignments)
@@ -117,20 +109,18 @@ def decode(
     has no counter. A line that is damaged, or of another firmware, is skipped and counted. Exit status 1: frames are
     missing.
     """
-    from experiments.base.console import count, out_console, show_places
     from experiments.base.files import Files
-    from experiments.robot import serial as line
+    from experiments.robot import firmware
 
     options.check_new(out)
-    frames, board, skipped = line.decode(serial.read_bytes())
+    frames, board, skipped = firmware.decode(serial.read_bytes())
     out.mkdir(parents=True, exist_ok=True)
-    Files(out).write_text("log.csv", line.log_of(frames, board).write_csv())
+    Files(out).write_text("log.csv", firmware.log_of(frames, board).write_csv())
     Files(out).write_text("cycles.csv", frames.select("trial", "frame", "cycles").write_csv())
     sent = product(range(board.get("trials", 0)), range(board.get("frames", 0)))
     missing = sorted({*sent} - {*frames.select("trial", "frame").iter_rows()})
-    out_console.print(
-        f"{frames.height} frames; {count(skipped, 'damaged or unknown line')}, {count(len(missing), 'missing frame')}"
-    )
+    lost = f"{count(skipped, 'damaged or unknown line')}, {count(len(missing), 'missing frame')}"
+    out_console.print(f"{frames.height} frames; {lost}")
     if missing:
         out_console.print("run the program once more, append what it sends to this file, and decode it again")
     if (most := frames["cycles"].max()) is not None:  # a board in QEMU counts none
@@ -144,7 +134,6 @@ def log(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run with the robot.")], out: Folder
 ) -> int:
     """Write log.csv, which colias import reads, and the frames of the recordings as pictures."""
-    from experiments.base.console import show_places
     from experiments.kinds.log import write
     from experiments.kinds.result import load
     from experiments.robot.logs import LOG
@@ -189,7 +178,6 @@ def camera(
     gain: Annotated[float, typer.Option(min=0.1, max=16.0, help="The camera's gain; 1.5 on Colias.")] = 1.0,
 ) -> int:
     """Measure a camera from frames that it took, and print the settings that make the simulated eye like it."""
-    from experiments.base.console import error_console, out_console
     from experiments.robot.calibrate import measure
 
     settings, notes = measure(folder, fps, gain)
@@ -207,7 +195,6 @@ def doctor() -> int:
     and so may numbers. On a CPU with other features numbers differ by rounding. What is optional, only some commands
     need. The exit status is 1 if anything is missing.
     """
-    from experiments.base.console import out_console
     from experiments.cli.doctor import examine
 
     missing = False

@@ -3,27 +3,23 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from experiments.base import interrupts
+from experiments.base.console import error_console, out_console
 from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.kinds.tables import kind_of
-from experiments.store.asked import ASKED, Asked
-from experiments.store.command import begun_by
-
-if TYPE_CHECKING:
-    from experiments.store.workers import Workers as Pool
+from experiments.store.asked import ASKED, Asked, begun_by
+from experiments.store.workers import Workers
 
 
 def run(
@@ -69,19 +65,17 @@ def run(
     return options.finish(asked, out, pool, dry=dry_run)
 
 
-def _repeat(run: Path, out: Path | None, pool: Pool) -> int:
+def _repeat(run: Path, out: Path | None, pool: Workers) -> int:
     """Do what was asked for once more, with your own files as they are at their places, into a new folder.
 
     Then every row is compared with the run's, and the first that differs by more than rounding is named. What computes
     otherwise than it did, such as a file that has changed or another CPU, is named in a note.
     """
-    from experiments.base.console import error_console, out_console
     from experiments.base.files import results_folder
     from experiments.kinds.compare import ROUNDING, first_difference
-    from experiments.kinds.kind import perform, planned
-    from experiments.kinds.result import load
+    from experiments.kinds.result import load, perform, planned
     from experiments.store import provenance
-    from experiments.store.description import CPUS, ENDED
+    from experiments.store.folder import CPUS, ENDED
 
     there = load(run)
     if there.whole:
@@ -152,7 +146,7 @@ def watch(
     from experiments.base.files import results_folder
     from experiments.draw import viewer
     from experiments.kinds.footage import EARLY, STOPPED
-    from experiments.kinds.kind import perform, planned
+    from experiments.kinds.result import perform, planned
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")
@@ -204,6 +198,9 @@ def behave(
     seed: options.Seed = 0,
     assignments: options.Assignments = None,
     baselines: Annotated[bool, typer.Option(help="Play the baselines in the same worlds too.")] = True,
+    controls: Annotated[
+        bool, typer.Option("--controls", help="Play those named again, their vision model held at its first frame.")
+    ] = False,
     out: options.Out = None,
     recordings: options.Recordings = True,
     workers: options.Workers = None,
@@ -219,7 +216,7 @@ def behave(
     """
     asked = Asked(
         kind="episodes", what=tuple(names), values=key_values(assignments), repeats=episodes, seed=seed,
-        options={"env": env, "baselines": baselines, "recordings": recordings},
+        options={"env": env, "baselines": baselines, "controls": controls, "recordings": recordings},
     )  # fmt: skip
     return options.finish(asked, out, options.pool(workers, cluster, quiet), f"behave-{Path(names[0]).stem}")
 

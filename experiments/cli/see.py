@@ -3,8 +3,6 @@
 Heavy imports happen when they run.
 """
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,6 +12,7 @@ import typer
 
 import dsnn
 from experiments.base import interrupts
+from experiments.base.console import count, error_console, out_console, progress, show_places
 from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.base.values import key_values
 from experiments.cli import options
@@ -46,7 +45,6 @@ def view(
 
     The viewer ends with this command. --screenshot needs no screen; of a recording it shows the middle.
     """
-    from experiments.base.console import out_console
     from experiments.draw import viewer
     from experiments.store.recordings import recording, recordings_in
 
@@ -123,7 +121,6 @@ def video(
     With --truth a trial of RUN is played once more, and its flow, depth, surfaces, poses and responses are written too.
     """
     from dsnn.stimuli import STIMULI
-    from experiments.base.console import progress, show_places
     from experiments.draw.video import Reel, film_times, make, strip
     from experiments.store.recordings import recording
 
@@ -205,8 +202,7 @@ def _write_stimulus(name: str, out: Path, values: Mapping[str, str], seed: int, 
 
 def list_names(
     kind: Annotated[
-        str | None,
-        typer.Argument(help=f"{', '.join(KINDS)}, parameters or runs; otherwise all but the last two."),
+        str | None, typer.Argument(help=f"{', '.join(KINDS)}, parameters or runs; otherwise all but the last two.")
     ] = None,
     of: Annotated[
         str | None, typer.Argument(help="Of parameters the experiment, a stimulus or firmware; the folder of runs.")
@@ -219,8 +215,6 @@ def list_names(
     parameters: every key of --set, with its default, bounds, unit and meaning. runs: when each was begun, its
     experiment, seed, models, parameters that are not at their defaults, how many trials are finished, and verdicts.
     """
-    from experiments.base.console import out_console
-
     if kind == "runs":
         return _list_runs(Path(of or "runs"))
     if kind == "parameters":
@@ -275,7 +269,6 @@ def _list_parameters(name: str, models: list[str] | None, only: bool) -> int:
     from rich.text import Text
 
     from dsnn.stimuli import STIMULI
-    from experiments.base.console import out_console
     from experiments.base.user_code import declares, is_file
     from experiments.declare.clip import find_stimulus
     from experiments.kinds import registry
@@ -305,7 +298,6 @@ def _list_runs(folder: Path) -> int:
     import polars as pl
     from rich.text import Text
 
-    from experiments.base.console import count, error_console, out_console
     from experiments.kinds.result import runs
 
     table = runs(folder)

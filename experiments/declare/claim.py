@@ -6,18 +6,16 @@ imported when a claim on such trials is asked for.
 
 from __future__ import annotations
 
-import dataclasses
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from experiments.base.errors import check_name, check_unique, short
 from experiments.base.user_code import traced
-from experiments.declare.checks import Check
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 
 WORDS = Path(__file__).parents[1] / "paper" / "claims" / "claims.toml"
 """The words of the claims that ship."""
@@ -136,13 +134,10 @@ class Claim:
         for name, values in self.conditions.items():
             if not isinstance(values, tuple):
                 raise ValueError(f"claim {self.id}: conditions['{name}'] must be a tuple, got {short(values)}")
-        filled = {
-            "models": frozenset(self.models or ({DSNN} if self.on == "clips" else ())),
-            "reads": self.reads or (POTENTIALS if self.on == "clips" else ("spikes",)),
-            "least": self.least or (EACH_TRIAL if self.of_each else MEANS),
-        }
-        for name, value in filled.items():
-            object.__setattr__(self, name, value)
+        clips = self.on == "clips"
+        object.__setattr__(self, "models", frozenset(self.models or ({DSNN} if clips else ())))
+        object.__setattr__(self, "reads", self.reads or (POTENTIALS if clips else ("spikes",)))
+        object.__setattr__(self, "least", self.least or (EACH_TRIAL if self.of_each else MEANS))
 
     @property
     def spiking(self) -> str:
@@ -176,7 +171,7 @@ class Claim:
         def judge(*given: Any) -> Outcome:
             return _outcome(self.judge(*given)).settled()
 
-        return dataclasses.replace(self, judge=judge, equal_terms={})
+        return replace(self, judge=judge, equal_terms={})
 
     def evaluate(self, trials: Any, *more: Any) -> Outcome:
         """Ask the judge. A user's judge that raises leaves the claim unjudged: the tables count.
@@ -199,8 +194,8 @@ class Claim:
             outcome = _outcome(self.judge(trials, *more))
         except (Exception, SystemExit) as error:
             why = f"its judge raised {type(error).__name__}"
-            outcome = dataclasses.replace(Outcome.unjudged(why, reason="judge failed"), trouble=traced(error))
-        return outcome if outcome.n else dataclasses.replace(outcome, n=len(trials))
+            outcome = replace(Outcome.unjudged(why, reason="judge failed"), trouble=traced(error))
+        return outcome if outcome.n else replace(outcome, n=len(trials))
 
 
 def _outcome(answer: Any) -> Outcome:

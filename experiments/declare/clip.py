@@ -1,7 +1,5 @@
 """Clips of synthetic stimuli, without a robot: how a clip, and an experiment of clips, is declared."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -244,8 +242,7 @@ def find_stimulus(source: str) -> StimulusEntry:
         The name is not known, or the file cannot be read, or declares no `dsnn.stimuli.StimulusEntry`.
     """
     if is_file(source):
-        entry: StimulusEntry = declared(Path(source), "STIMULUS", StimulusEntry)
-        return entry
+        return declared(Path(source), "STIMULUS", StimulusEntry)
     with as_usage_error(after=", or a .py file"):
         return stimulus_entry(source)
 

@@ -425,10 +425,8 @@ class Condition:
     def _check(self) -> Condition:
         own = self.motion not in PAPER
         if own != (self.path is not None or self.hand is not None):
-            raise ValueError(
-                f"motion must be one of {', '.join(PAPER)}, or a name of its own with a path (Condition.along), "
-                f"got {self.motion}{'' if own else ' with a path'}"
-            )
+            legal = f"motion must be one of {', '.join(PAPER)}, or a name of its own with a path (Condition.along)"
+            raise ValueError(f"{legal}, got {self.motion}{'' if own else ' with a path'}")
         if self.path is None and (self.observer or self.movers):
             raise ValueError("observer and movers need a path of the stimulus")
         if self.motion == "translation" and self.direction == "straight":
@@ -440,11 +438,9 @@ class Condition:
         for path in filter(None, (self.path, self.observer, *self.movers)):
             for index, leg in enumerate(path.legs):
                 if abs(leg.acceleration_cm_s2) > self.acceleration_cm_s2:
-                    raise ValueError(
-                        f"legs[{index}].to_cm_s={leg.end_cm_s:g} from {leg.speed_cm_s:g} cm/s in "
-                        f"{leg.length_cm:.3g} cm is {abs(leg.acceleration_cm_s2):.0f} cm/s2, above "
-                        f"acceleration_cm_s2={self.acceleration_cm_s2:g}: make it longer, or raise that"
-                    )
+                    there = f"legs[{index}].to_cm_s={leg.end_cm_s:g} takes {abs(leg.acceleration_cm_s2):.0f} cm/s2"
+                    most = f"acceleration_cm_s2={self.acceleration_cm_s2:g}"
+                    raise ValueError(f"{there}, above {most}: make it longer, or raise that")
         return self
 
     @classmethod

@@ -1,28 +1,17 @@
 """Experiments with the robot: a design that lists its conditions, repeats, and the claims it bears on; and designs."""
 
-from __future__ import annotations
-
-import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar, get_args
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from dsnn.field_docs import parameters, unit
 from experiments.base.errors import check_declared, check_known
 from experiments.base.user_code import run_main
 from experiments.declare.claim import Claim, check_claims
-from experiments.declare.conditions import (
-    BY_HAND,
-    CONDITION_COLUMNS,
-    WHERE_SET,
-    Condition,
-    Direction,
-    Hand,
-    Motion,
-)
+from experiments.declare.conditions import BY_HAND, CONDITION_COLUMNS, WHERE_SET, Condition, Direction, Hand, Motion
 
 Drawing = Literal["spikes", "mechanism", "excitation"]
 WHOLE, BALANCED = "dsnn", "dsnn:w_i=1"
@@ -105,9 +94,9 @@ class Experiment:
     claims: tuple[str | Claim, ...] = ()
     models: tuple[str, ...] = ("dsnn",)
     figure: Drawing = "spikes"
-    arena: str = dataclasses.field(default="", metadata=WHERE_SET)
-    settings: Mapping[str, Any] = dataclasses.field(default_factory=dict, metadata=WHERE_SET)
-    file: str = dataclasses.field(default="", compare=False, repr=False, kw_only=True)
+    arena: str = field(default="", metadata=WHERE_SET)
+    settings: Mapping[str, Any] = field(default_factory=dict, metadata=WHERE_SET)
+    file: str = field(default="", compare=False, repr=False, kw_only=True)
     kind: ClassVar[str] = "trials"
 
     def __post_init__(self) -> None:
@@ -164,14 +153,7 @@ Ways = Literal["rightward", "leftward", "both"]
 Value = TypeVar("Value")
 
 
-def _one_or_more(values: tuple[Value, ...]) -> tuple[Value, ...]:
-    if not values:
-        raise ValueError("it needs one value or more")
-    return values
-
-
-# Not by min_length: pydantic would count the values without those out of range, and tell of a second error.
-Several = Annotated[tuple[Value, ...], AfterValidator(_one_or_more)]
+Several = Annotated[tuple[Value, ...], Field(min_length=1)]
 
 
 def _ways(chosen: Ways) -> tuple[Direction, ...]:

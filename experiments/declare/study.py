@@ -1,7 +1,5 @@
 """Declared sweeps and fits: claims and measures over a grid with names, or over a box, in a file of their own."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -37,7 +35,7 @@ class Study:
         Ids of claims, or claims. Without claims and measures: all that the experiments declare about a model of
         ``models``, and without those the mean number of spikes in each condition.
     measures
-        Names of `experiments.judge.measures.MEASURES`.
+        Names of `experiments.judge.sweep.MEASURES`.
     experiments
         Names, files or experiments as they are, of one kind; a claim is judged on the first that declares it. Without:
         for each claim the paper's experiment that answers for it.

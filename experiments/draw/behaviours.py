@@ -1,7 +1,5 @@
 """Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -18,12 +16,14 @@ from experiments.base import palette
 from experiments.base.console import count
 from experiments.draw import scoreboard, style
 from experiments.judge.scores import summary as summarise
+from experiments.store.tables import without_controls
 from scenes import ARENA_RADIUS_CM
 
 ACROSS = 5
 """Paths side by side."""
 MORE_IS_BETTER = ("time on target", "optomotor gain", FREE_DISTANCE, RETURN)
 """Measures of which more is better; of the others less is."""
+ENDS = ("value", "ci_low", "ci_high")
 ROW, LEAST_ROW, AROUND = 0.3, 0.165, 1.5
 """Height of a behaviour's row of measures and the least, and of title, axes and caption, inches."""
 SYMBOLS = "Dots: values, 95 % intervals; strokes: episodes; arrows: better."
@@ -60,22 +60,29 @@ def draw(trials: pl.DataFrame, frames: pl.DataFrame, caption: str) -> Figure:
     return figure
 
 
-def caption(env: str, options: Mapping[str, Any], episodes: int, seed: int) -> str:
-    """Return what was played, in words."""
-    changed = "".join(f", {name}={value}" for name, value in options.items())
-    return f"{env.partition('/')[2]}{changed}, {count(episodes, 'episode')} each from seed {seed}."
+def caption(played: Mapping[str, Any]) -> str:
+    """Return what was played, in words, from a run's description."""
+    env, changed = played["env"], "".join(f", {name}={value}" for name, value in played["options"].items())
+    return f"{env.partition('/')[2]}{changed}, {count(played['episodes'], 'episode')} each from seed {played['seed']}."
 
 
 def finding(summary: pl.DataFrame) -> str:
-    """Return which behaviours may have the highest return, as far as the 95 % intervals tell."""
-    returns = summary.filter(measure=RETURN).sort("value", descending=True, maintain_order=True)
-    env, names = summary["env"][0].partition("/")[2], returns["behaviour"].to_list()
-    if len(names) == 1 or returns["ci_low"].null_count():
-        return f"{env}: return by behaviour"
-    alike = [name for name, high in returns.select("behaviour", "ci_high").rows() if high >= returns["ci_low"][0]]
-    if len(alike) > max(2, len(names) // 2):
-        return f"{env}: no behaviour's return stands out"
-    return f"{env}: {' or '.join(alike)} has the highest return of {len(names)} behaviours"
+    """Return which behaviours are best as far as 95 % intervals tell: of returns, or without these of collisions."""
+    env, short = summary["env"][0], summary["env"][0].partition("/")[2]
+    summary = without_controls(summary, "behaviour")
+    rates = [(rate, "the fewest", "fewer", -1) for rate in ENVS[env].collisions[:1]]
+    for measure, most, more, sign in ((RETURN, "the highest", "a higher", 1), *rates):
+        rows = summary.filter(measure=measure).sort("value", descending=sign > 0, maintain_order=True)
+        names, (near, far) = rows["behaviour"].to_list(), ENDS[1:][::sign]
+        if len(names) < 2 or rows["ci_low"].null_count():
+            continue
+        alike = [name for name, end in rows.select("behaviour", far).rows() if sign * end >= sign * rows[near][0]]
+        if len(alike) <= max(2, len(names) // 2):
+            return f"{short}: {' or '.join(alike)} has {most} {measure} of {len(names)} behaviours"
+        if worse := len(names) - len(alike):
+            return f"{short}: {names[0]} has {more} {measure} than {worse} of {len(names) - 1} others"
+        return f"{short}: no behaviour's {measure} stands out"
+    return f"{short}: return by behaviour"
 
 
 def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame) -> None:
@@ -92,9 +99,13 @@ def _measures(part: Any, summary: pl.DataFrame, trials: pl.DataFrame) -> None:
                 axes.plot(value, names.index(model), "|", color=palette.GREY, alpha=0.5, ms=7.0, mew=0.6)
         for row in summary.filter(measure=measure).drop_nulls("value").partition_by("behaviour"):
             name = row["behaviour"][0]
-            style.intervals(axes, row, [names.index(name)], ("value", "ci_low", "ci_high"), ms=4.0, color=palette.INK,
-                            elinewidth=1.4)  # fmt: skip
-        axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+            style.intervals(axes, row, [names.index(name)], ENDS, ms=4.0, color=palette.INK, elinewidth=1.4)
+        if measure in rates:  # a short episode's interval is wide
+            sizes = summary.filter(measure=measure).select(pl.concat_list(ENDS).explode()).to_series()
+            style.decades(axes, sizes.drop_nulls())
+        axes.set_xlabel("logarithmic" * (axes.get_xscale() != "linear"), fontsize=style.SMALL)
+        if axes.get_xscale() == "linear":
+            axes.xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
         axes.grid(axis="y", lw=0.3)
     panels[0].set_yticks(range(len(names)), names)
     panels[0].set_ylim(len(names) - 0.5, -0.5)

@@ -1,7 +1,5 @@
 """Figures of clips: potentials over time, and responses along what the clips vary."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,11 +8,11 @@ import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.declare.clip import ClipFigure
-from experiments.draw import findings, style
+from experiments.draw import style
 from experiments.judge.judge import SIGNED
+from experiments.judge.tests import LEAST_FOR_INTERVAL
 
 Thresholds = Mapping[str, float | None]
 Lines = tuple[str, pl.DataFrame, str, str]
@@ -31,8 +29,6 @@ ACROSS, LEAST_ROW = 12, 0.42
 """Most clips side by side, with several models; inches: least height of a row."""
 RESPONSE = "Response: largest |HS|, of vertical motion |VS|, else of looming."
 MEANS = "Lines: means; bands: range of the trials."
-TRACES = "Right and down are positive; dashes: T, on each model's own scale."
-CURVES = "Filled: means, 95 % intervals; open: trials."
 
 
 def title(name: str, seed: int, changed: Mapping[str, Any]) -> str:
@@ -72,7 +68,7 @@ def draw(figure: ClipFigure, trials: pl.DataFrame, frames: pl.DataFrame, thresho
             drawn, notes = _ranges(trials, thresholds)
         else:
             drawn, notes = _curves(_parts(figure, trials), thresholds)
-        style.caption(drawn, f"{title}. n = {terminal.count(n, 'trial')} of each clip and model.", *notes)
+        style.caption(drawn, f"{title}. n = {console.count(n, 'trial')} of each clip and model.", *notes)
     return drawn
 
 
@@ -123,10 +119,10 @@ def shared(counts: str, plain: str) -> tuple[str, str]:
 def course_finding(rows: pl.DataFrame, along: str, lines: str) -> tuple[str, str]:
     """Return what the responses of each model, line and seed share, and how many have their commonest order."""
     points = style.by(rows.sort(along), "model", lines, "repeat", along).agg(pl.col("response").mean())
-    curves = [findings.curve(of, along, "response") for _, of in style.by(points, "model", lines, "repeat")]
+    curves = [style.curve(of, along, "response") for _, of in style.by(points, "model", lines, "repeat")]
     noun = AXES[along].partition(" (")[0]
-    found = findings.orders(curves, noun)
-    return findings.shared("response", found, noun), findings.commonest("response", found)
+    found = style.orders(curves, noun)
+    return style.shared("response", found, noun), style.commonest("response", found)
 
 
 def direction_finding(trials: pl.DataFrame, thresholds: Thresholds) -> str:
@@ -161,7 +157,8 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
     models, clips = style.levels(trials, "model"), style.levels(trials, "clip")
     table = frames.join(trials.select("trial", "model", "clip", "fps"), on=["trial", "model"])
     table = table.with_columns(time=pl.col("frame") / pl.col("fps")).sort("time")
-    values = pl.col(*palette.CHANNELS)
+    hues = {**palette.CHANNELS, "target": palette.INK}
+    values = pl.col(*hues)
     ends = [getattr(values, end)().name.suffix(f"_{end}") for end in ("mean", "min", "max")]
     cells = style.by(table, "model", "clip", "time").agg(ends)
     most = min({1: 6, 2: 8, 3: 8}.get(len(models), ACROSS), len(clips))
@@ -173,7 +170,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
         axes.set_visible(False)
     for row, model in enumerate(models):
         of_model, level = cells.filter(model=model), thresholds.get(model)
-        shown = [name for name in palette.CHANNELS if of_model[f"{name}_mean"].abs().max()] or ["hs"]
+        shown = [name for name in hues if of_model[f"{name}_mean"].abs().max()] or ["hs"]
         for place, clip in enumerate(clips):
             axes = panels[place // across * len(models) + row, place % across]
             axes.set_visible(True)
@@ -183,7 +180,7 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
             style.threshold(axes, level, signed=shown != ["looming"], named=False)
             cell = of_model.filter(clip=clip)
             for name in shown if len(cell) else ():
-                label, colour = palette.TITLES[name], palette.CHANNELS[name]
+                label, colour = palette.TITLES.get(name, name), hues[name]
                 axes.plot(cell["time"], cell[f"{name}_mean"], color=colour, label=label)
                 axes.fill_between(cell["time"], cell[f"{name}_min"], cell[f"{name}_max"], color=colour, alpha=0.3, lw=0)
             if row == 0:
@@ -194,10 +191,10 @@ def _traces(trials: pl.DataFrame, frames: pl.DataFrame, thresholds: Thresholds) 
                 style.row_name(axes, model, level)
             axes.set_xlabel("time (s)" if row == len(models) - 1 else "", fontsize=style.SMALL)
     style.legend(drawn, panels.flat)
-    drawn.supylabel("potential", fontsize=style.BODY)
     title, counts = shared(direction_finding(trials, thresholds), "Potentials over time")
     style.headline(drawn, title)
-    return drawn, [TRACES, counts]
+    scale = ", on each model's own scale" * (len(models) > 1)
+    return drawn, [f"Potentials: right and down are positive; dashes: T{scale}.", counts]
 
 
 # --- along what the clips vary ----------------------------------------------------------------------------------------
@@ -252,11 +249,13 @@ def _curves(parts: Sequence[Lines], thresholds: Thresholds) -> tuple[Figure, lis
         style.row_name(axes, model, thresholds.get(model))
     for axes in ends:
         axes.margins(y=0.1)
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(bottom=-0.05 * axes.get_ylim()[1])
     for axes in list(ends)[:: len(models)]:
         style.label_ends(axes, ends[axes])
     lines = " and ".join(dict.fromkeys(AXES[by].format(unit=unit) for *_, by in parts if by in AXES))
-    return drawn, [f"Lines: {lines}." if lines else "", CURVES, RESPONSE, *orders]
+    trials: Any = max(style.by(rows, "model", by, along).len()["len"].max() for _, rows, along, by in parts)
+    dots = f"Filled: means{', 95 % intervals' * (trials >= LEAST_FOR_INTERVAL)}; open: trials." * (trials > 1)
+    return drawn, [f"Lines: {lines}." if lines else "", dots, RESPONSE, *orders]
 
 
 def _lines(axes: Axes, rows: pl.DataFrame, along: str, by: str) -> list[tuple[float, float, str, str]]:

@@ -1,6 +1,4 @@
-"""The figure of controls: what each model responds to trials as they were, and to their controls."""
-
-from __future__ import annotations
+"""Controls as a figure: what each model responds to trials as they were, and to their controls."""
 
 from collections.abc import Mapping, Sequence
 

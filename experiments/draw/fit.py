@@ -1,14 +1,11 @@
 """Fits as figures and on the terminal: the least slack over each parameter, and the best settings judged again."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import polars as pl
 from matplotlib.figure import Figure
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.draw import style
 
 
@@ -50,7 +47,7 @@ def draw(run: Any) -> Figure:
 def show(run: Any) -> None:
     """Print the result, the settings judged again, and where everything is."""
     for line in run.fitted["sentences"]:
-        terminal.out_console.print(line)
-    terminal.show(run.anew.filter(name=run.anew["name"][0]), "judged again (anew.csv has each claim)")
+        console.out_console.print(line)
+    console.show(run.anew.filter(name=run.anew["name"][0]), "judged again (anew.csv has each claim)")
     files = {"figure": "fit.png", "settings": "fit.csv", "anew": "anew.csv"}
-    terminal.show_places({name: run.folder / file for name, file in files.items()})
+    console.show_places({name: run.folder / file for name, file in files.items()})

@@ -1,13 +1,10 @@
 """Figures of robot trials: spikes along what the trials vary, potentials, their mechanism, and the paper's panels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import polars as pl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -16,16 +13,15 @@ from scipy.special import stdtrit
 from experiments.base import palette
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.declare.experiment import BALANCED, PARTS, WHOLE
-from experiments.draw import findings, style
-from experiments.draw.findings import axis, drawn_of, level_text, unit
-from experiments.judge.tests import LEAST_FOR_INTERVAL
+from experiments.draw import style
+from experiments.draw.style import axis, drawn_of, level_text, unit
+from experiments.judge.tests import LEAST_FOR_INTERVAL, Floats
 from experiments.show.excitation import MOTION
 from experiments.show.trial_rows import varying
 from experiments.store.tables import origin
 
 Row = Mapping[str, Any]
 Thresholds = Mapping[str, float | None]
-Floats = npt.NDArray[np.float64]
 Lines = dict[tuple[Any, str], tuple[Floats, Floats]]
 """Level and other condition -> places along the axis, shape (T,), and the trials' values there, (trials, T)."""
 PAPER = {"speed": "speed_cm_s", "distance": "distance_cm", "angular-approach": "angle_deg",
@@ -39,20 +35,20 @@ MOST_TICKS = 6
 """Most levels of a number that have a tick each."""
 CONDITIONS = 5
 """Most conditions of excitation in a row."""
-BANDS = "Lines: means; bands: 95 % intervals. Below: filled HS, line HS with w_i = 1."
+FILLED = "Below: filled HS, line HS with w_i = 1."
 TIME, BEARING = ("time_s", "time (s)"), ("stimulus_bearing_deg", "bearing of the stimulus (°, right positive)")
 """Axes of potentials: column of the frames, and label."""
 _TEAL, _PINK, _BROWN, _ = palette.OTHERS.values()
 SUMS = {"excitation": ("excitation", _TEAL), "weighted_inhibition": ("inhibition", _PINK)}
 HS = {"hs": ("HS", palette.CHANNELS["hs"]), "hs_w_i_1": ("HS, w_i = 1", palette.INK), "residue": ("leftover", _BROWN)}
 """Columns of excitation -> their names and colours."""
-POINTS = "Dots: trials; dark: means."
-INTERVALS = "Dots: trials; dark: means, 95 % intervals. Titles order only means whose intervals do not overlap."
-TRACES = "Potentials: means; bands: range of the trials; dashes: T."
+ORDERS = ("rises", "falls", "largest", "least")
+ORDERED = "Titles order only means whose intervals do not overlap."
 
 Panel = tuple[str, str, Mapping[str, str]]
 """A quantity in words, the label of its axis, and the columns of the trials' table that show it, each with a name."""
 COUNT: Panel = ("spike count", "spikes per trial", {"spikes": ""})
+DIFFERENCE: Panel = ("HS (excitation minus inhibition)", "HS", {"farthest": ""})
 IN_WINDOW: Panel = ("spike count", "spikes per trial", {"spikes": "crossing", "spikes_in_window": "window"})
 MECHANISM: tuple[Panel, ...] = (
     ("time in view", "time in view (s)", {"seconds_in_view": ""}),
@@ -142,8 +138,10 @@ def _caption(figure: Figure, title: str, rows: pl.DataFrame, varies: str = "", *
     counts, models = rows.group_by("model", *CONDITION_COLUMNS).len()["len"], style.levels(rows, "model")
     n = " to ".join(dict.fromkeys((str(counts.min()), str(counts.max()))))
     run = [*[title] * bool(title), f"{f'{models[0]}, ' * (len(models) == 1)}n = {n} per condition"]
-    symbols = INTERVALS if counts.max() >= LEAST_FOR_INTERVAL else POINTS  # type: ignore[operator]
-    style.caption(figure, f"{'. '.join(run)}.", symbols, *notes)
+    most: Any = counts.max()
+    ordered = any(word in axes.get_title("left") for axes in figure.axes for word in ORDERS)
+    symbols = f"Dots: trials{'; dark: means' * (most > 1)}{', 95 % intervals' * (most >= LEAST_FOR_INTERVAL)}."
+    style.caption(figure, f"{'. '.join(run)}.", symbols, ORDERED * ordered, *notes)
 
 
 def prepared(table: Any, frames: pl.DataFrame | None, varies: str) -> pl.DataFrame:
@@ -183,14 +181,14 @@ def finding(rows: pl.DataFrame, measure: Panel, varies: str) -> tuple[str, str]:
     """
     noun, column = measure[0], next(iter(measure[2]))
     several = rows["model"].n_unique() > 1
-    curves = {", ".join(filter(None, (model * several, other))): findings.curve(of, "level", column)
+    curves = {", ".join(filter(None, (model * several, other))): style.curve(of, "level", column)
               for (model, other), of in style.by(rows.drop_nulls(column), "model", "other")}  # fmt: skip
     fewest = min((len(values) for _, samples in curves.values() for values in samples), default=LEAST_FOR_INTERVAL)
     if fewest < LEAST_FOR_INTERVAL:
-        return style.sentence(drawn_of(noun, unit(varies)[0], fewest)), ""
-    title = findings.shared(noun, findings.orders(curves.values(), *unit(varies)), unit(varies)[0])
+        return style.sentence(style.drawn_of(f"{noun} by {unit(varies)[0]}", fewest)), ""
+    title = style.shared(noun, style.orders(curves.values(), *unit(varies)), unit(varies)[0])
     each = [f"{name} {text.removeprefix('is ')}" for name, one in curves.items()
-            for text in findings.orders([one], *unit(varies))]  # fmt: skip
+            for text in style.orders([one], *unit(varies))]  # fmt: skip
     return title, style.sentence(f"{noun}: {', '.join(each)}.") if f" by {unit(varies)[0]}" in title else ""
 
 
@@ -205,11 +203,11 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, tints: Mapping[Any, 
         axes.annotate("no threshold, no spikes", (0.5, 0.4), xycoords="axes fraction", ha="center",
                       fontsize=style.SMALL, color=palette.GREY)  # fmt: skip
         return
-    levels = findings.curve(rows.with_columns(one=1.0), "level", "one")[0]
+    levels = style.curve(rows.with_columns(one=1.0), "level", "one")[0]
     words = isinstance(levels[0], str)
     places = dict(zip(levels, range(len(levels)) if words else levels, strict=True))
     gap = min(np.diff(list(places.values())), default=1.0)
-    curves = [(", ".join(filter(None, (other, name))) or column, findings.curve(of, "level", column))
+    curves = [(", ".join(filter(None, (other, name))) or column, style.curve(of, "level", column))
               for column, name in measure[2].items()
               for (other,), of in style.by(rows.drop_nulls(column), "other")]  # fmt: skip
     for place, (label, (found, samples)) in enumerate(curves):
@@ -224,7 +222,8 @@ def _points(axes: Axes, rows: pl.DataFrame, measure: Panel, tints: Mapping[Any, 
         axes.set_xticks(levels, map(level_text, levels))
     axes.margins(x=0.08, y=0.08)
     if shown.min().min_horizontal().item() >= 0.0:
-        axes.set_ylim(0.0, 1.08 * axes.dataLim.y1 or 1.0)
+        top = 1.08 * axes.dataLim.y1 or 1.0
+        axes.set_ylim(-0.05 * top, top)
         if not axes.dataLim.y1:
             axes.set_yticks([0.0])
 
@@ -257,9 +256,10 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     potentials, panels = _potentials(frames), _rows(rows)
     column, label = BEARING if _crosses(rows, frames) else TIME
     (counted, order), (traced, rise) = (finding(rows, measure, varies) for measure in (COUNT, MECHANISM[-1]))
-    fewest = style.by(rows, "model", "level", "other").len()["len"].min()
-    if fewest < LEAST_FOR_INTERVAL:
-        traced = drawn_of("Potential", "bearing" if column == BEARING[0] else "time", fewest)
+    sizes = style.by(rows, "model", "level", "other").len()["len"]
+    fewest: Any = sizes.min()
+    if rise or fewest < LEAST_FOR_INTERVAL:
+        traced = drawn_of(f"Potential {'by bearing' if column == BEARING[0] else 'over time'}", fewest)
     kinds = dict.fromkeys(potentials.get(of["model"][0], "hs") for _, of in panels)
     shown = "; ".join(palette.TITLES[name] + ", right positive" * (name == "hs") for name in kinds)
     figure, grid = _grid([name for name, _ in panels], (COUNT[1], f"potential ({shown})"), (counted, traced),
@@ -277,7 +277,8 @@ def _spikes(rows: pl.DataFrame, frames: pl.DataFrame, varies: str, thresholds: T
     grid[-1, 0].set_xlabel(axis(varies))
     grid[-1, 1].set_xlabel(label)
     style.legend(figure, grid[:, 0])
-    _caption(figure, title, rows, varies, TRACES, order, rise)
+    traces = "Potentials: means; bands: range of the trials; dashes: T." if sizes.max() != 1 else "Dashes: T."
+    _caption(figure, title, rows, varies, traces, order, rise)
     figure.draw_without_rendering()  # labels stand clear of each other in panels that have their heights
     right = grid[0, 1].get_xlim()[1]
     style.label_ends(grid[0, 1], [(right, *peak) for peak in peaks[0]])
@@ -359,12 +360,15 @@ def _excitation(rows: pl.DataFrame, excitations: pl.DataFrame, varies: str, leve
     labels = ("excitation, inhibition", "HS (right positive)", "share of trials that spike") * down
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(style.wrapped(label, 0.9), fontsize=style.BODY)
-    (whole, _), (balanced, _) = (finding(rows.filter(model=model), COUNT, varies) for model in (WHOLE, BALANCED))
+    rightward = pl.col("peak_hs") >= -pl.col("trough_hs")
+    signed = rows.with_columns(farthest=pl.when(rightward).then("peak_hs").otherwise("trough_hs"))
+    (whole, _), (balanced, _) = (finding(signed.filter(model=model), DIFFERENCE, varies) for model in (WHOLE, BALANCED))
     n, w_i = excitations.select("n", "w_i").row(0)
     style.headline(figure, whole)
     style.legend(figure, grid[:2, 0])
     left = f"Leftover: {1.0 - w_i:.2g} (E + I) / 2, of symmetric motion, as w_i = {w_i:g}."
-    style.caption(figure, f"{title}. {WHOLE}, n = {n} per condition.", BANDS, left, f"With w_i = 1: {balanced}.")
+    run, bands = f"{title}. {WHOLE}, n = {n} per condition.", "Lines: means; bands: 95 % intervals." * (n > 1)
+    style.caption(figure, run, bands, FILLED, left, f"With w_i = 1: {balanced}.")
     return figure
 
 

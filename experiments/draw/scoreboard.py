@@ -1,7 +1,5 @@
 """Scores of models with their intervals, as a figure and on the terminal: a row for each model, the best on top."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from string import ascii_lowercase
@@ -9,10 +7,9 @@ from typing import Any
 
 import polars as pl
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.draw import style
 from experiments.judge.tests import Score
 
@@ -52,7 +49,9 @@ def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, fl
             axes.set_title(style.wrapped(f"{letter}  {labels[name]}", style.WIDTH / across - 0.4))
             if "logarithmic" in labels[name]:
                 axes.set_xscale("log")
-                style.plain_numbers(axes, axes.dataLim.intervalx)
+                low, high = axes.dataLim.intervalx
+                ticks = [at for at in LogLocator(subs=(1.0, 2.0, 5.0)).tick_values(low, high) if low <= at <= high]
+                style.plain_numbers(axes, ticks[:: math.ceil(len(ticks) / 4)] if len(ticks) > 1 else (low, high))
             else:
                 axes.set_xlim(min(axes.dataLim.x0, 0.0), None if "(" in labels[name] else 1.0)
                 axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
@@ -83,7 +82,7 @@ def show(table: pl.DataFrame, measures: Sequence[str], title: str) -> None:
     for first in range(0, len(measures), PRINTED):
         part = measures[first : first + PRINTED]
         rows = [{"model": row["model"], **{name: _score(row, name) for name in part}} for row in table.to_dicts()]
-        terminal.show(pl.DataFrame(rows), title if not first else "")
+        console.show(pl.DataFrame(rows), title if not first else "")
 
 
 def _score(row: Mapping[str, Any], name: str) -> str:

@@ -1,13 +1,14 @@
-"""The look that all figures share: titles that state findings, means with intervals, labels at their lines, saving."""
+"""The look that all figures share: titles that state findings, means with intervals, labels at their lines, saving.
 
-from __future__ import annotations
+Findings are in words: the order of the means along an axis, as far as intervals tell.
+"""
 
 import contextlib
-import json
 import math
 import re
 import textwrap
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,8 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.patheffects import withStroke
 
 from experiments.base import palette
-from experiments.base.files import NAME, replacing
-from experiments.judge.tests import summarise, written
+from experiments.base.files import NAME, read_json, replacing
+from experiments.judge.tests import LEAST_FOR_INTERVAL, summarise, written
 from experiments.settings.parameters import in_words
 from experiments.store import provenance
 
@@ -114,6 +115,7 @@ def caption(figure: Figure, text: str, *more: str) -> None:
     for further in filter(None, more):
         longer = f"{text} {further}"
         text = longer if wrapped(longer, inches, narrow).count("\n") < CAPTION_LINES else text
+    figure.align_ylabels()
     figure.supxlabel(wrapped(text, inches, narrow), x=0.01, ha="left", fontsize=SMALL, color=palette.GREY)
 
 
@@ -215,7 +217,7 @@ def row_name(axes: Axes, name: str, level: float | None = None) -> None:
 
 def threshold(
     axes: Axes, level: float | None, *, signed: bool = False, named: bool = True, most: float = math.inf
-) -> None:  # fmt: skip
+) -> None:
     """Draw a threshold T with its number below the line, of either sign where the potential is ``signed``.
 
     One above ``most`` is named and not drawn, so that the axis fits the data. ``None``: there is none.
@@ -234,8 +236,10 @@ def decades(axes: Axes, values: pl.Series) -> None:
     """Make the x axis logarithmic beyond the smallest values, but for 0, where they span more than two decades."""
     sizes = values.abs().filter(values != 0.0).to_numpy()
     if sizes.size and sizes.max() > 100.0 * sizes.min():
-        axes.set_xscale("symlog", linthresh=max(sizes.min(), 1e-4 * sizes.max()))
-        plain_numbers(axes)
+        least = max(sizes.min(), 1e-4 * sizes.max())
+        axes.set_xscale("symlog", linthresh=least)
+        powers = range(math.ceil(math.log10(least)), math.ceil(math.log10(sizes.max())))
+        plain_numbers(axes, [0.0, *(10.0**power for power in powers)])
 
 
 def plain_numbers(axes: Axes, ticks: Sequence[float] = ()) -> None:
@@ -302,7 +306,107 @@ def drawn_from(folder: Path) -> str:
     For a run of runs, the code of its first part. Empty where there is no run.
     """
     for place in (folder / NAME, *sorted(folder.glob(f"*/{NAME}"))):
-        described = json.loads(place.read_text(encoding="utf-8")) if place.is_file() else {}
+        described = read_json(place) if place.is_file() else {}
         if "source" in described:
             return f"code {described['code']}, commit {provenance.commit(described['source']) or 'unknown'}"
     return ""
+
+
+UNITS = {"_cm_s2": "cm/s²", "_cm_s": "cm/s", "_deg_s": "°/s", "_hz": "Hz", "_deg": "°", "_cm": "cm"}
+"""End of a column's name -> unit."""
+POSITIVE = {"angle_deg": "right positive", "observer_turn_deg_s": "left positive"}
+NO_BREAK, MINUS = "\N{NO-BREAK SPACE}", "\N{MINUS SIGN}"
+Curve = tuple[list[Any], list[list[float]]]
+"""Levels of a condition, numbers in order, and the values at each."""
+
+
+def unit(column: str) -> tuple[str, str]:
+    """Return what a column is called, and its unit."""
+    end = next((end for end in UNITS if column.endswith(end)), "")
+    return column.removesuffix(end).replace("_", " "), UNITS.get(end, "")
+
+
+def axis(column: str) -> str:
+    """Return the label of a column's axis."""
+    noun, of = unit(column)
+    more = ", ".join(filter(None, (of, POSITIVE.get(column))))
+    return f"{noun} ({more})" if more else noun
+
+
+def level_text(level: Any, of: str = "") -> str:
+    """Return a level, in a unit, as keys and titles show it."""
+    if level is None or isinstance(level, str):
+        return level or "default"
+    return f"{level:g}{'' if of[:1] in '°' else NO_BREAK}{of}".replace("-", MINUS)
+
+
+def curve(rows: pl.DataFrame, along: str, column: str) -> Curve:
+    """Return the levels of one column, and the values of another at each."""
+    rows = rows.drop_nulls(column)
+    table = by(rows if rows[along].dtype == pl.String else rows.sort(along), along).agg(column)
+    return table[along].to_list(), table[column].to_list()
+
+
+def order(levels: Sequence[Any], samples: Sequence[Sequence[float]], along: str, of: str = "") -> str:
+    """Say what the 95 % intervals of means tell about their order, and no more.
+
+    Parameters
+    ----------
+    levels
+        Levels of a condition, in its order.
+    samples
+        The values at each level. Fewer than three are taken as exact.
+    along, of
+        What the condition is called, and its unit.
+
+    Returns
+    -------
+    str
+        One mean is called larger than another only where its interval lies above the other's.
+    """
+    summaries, count = [summarise(values) for values in samples], len(levels)
+    exact = [len(values) < LEAST_FOR_INTERVAL for values in samples]
+    if count == 1:
+        between = "" if exact[0] else " [{0.low:.3g}, {0.high:.3g}]"
+        return f"is {{0.value:.3g}}{between}".format(*summaries)
+    if not any(map(any, samples)):
+        return "is 0 throughout"
+    low, high = ([one.value if known else getattr(one, end) for one, known in zip(summaries, exact, strict=True)]
+                 for end in ("low", "high"))  # fmt: skip
+    above = np.greater.outer(low, high)
+    words, ends = isinstance(levels[0], str), []
+    for verb, beyond in (("rises", above.T), ("falls", above)):
+        if not words and np.diagonal(beyond, 1).all():
+            return f"{verb} with {along}"
+    means = [summary.value for summary in summaries]
+    for word, beyond, end in (("largest", above, int(np.argmax(means))), ("least", above.T, int(np.argmin(means)))):
+        alike = [level_text(level, of) for level, less in zip(levels, beyond[end], strict=True) if not less]
+        if len(alike) <= min(2, count // 2):
+            place = "for" if words else "at" if of else f"at {along}"
+            ends.append(f"{word} {place} {' or '.join(alike)}")
+    return f"is {' and '.join(ends)}" if ends else "shows no clear order"
+
+
+def orders(curves: Iterable[Curve], along: str, of: str = "") -> list[str]:
+    """Return the `order` of each curve that has more than one level, or of each where none has more."""
+    known = [one for one in curves if one[0]]
+    most = max((len(levels) for levels, _ in known), default=0)
+    return [order(levels, samples, along, of) for levels, samples in known if len(levels) > 1 or most == 1]
+
+
+def commonest(noun: str, found: Sequence[str]) -> str:
+    """Return the commonest of some `orders`, and how many curves have it."""
+    common, so = Counter(found or ["is not known"]).most_common()[0]
+    return f"{noun} {common} in {so} of {len(found)} curves" if len(found) > 1 else f"{noun} {common}"
+
+
+def shared(noun: str, found: Sequence[str], along: str) -> str:
+    """Return a title: the order that all curves have; a plain label where they disagree, or it is too long."""
+    same = found[0] if len({*found}) == 1 else f"by {along}"
+    terse = same.removeprefix("is ").replace(" and ", ", ")
+    return title(f"{noun}: {terse}" if " and " in same else f"{noun} {same}", f"{noun} by {along}")
+
+
+def drawn_of(what: str, n: int) -> str:
+    """Name what is drawn without a finding; n, one or two trials of each condition, carries none."""
+    return what + {1: ", one trial each", 2: ", two trials each"}.get(n, "")

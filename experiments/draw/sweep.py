@@ -1,6 +1,4 @@
-"""Sweeps as figures, a curve over one axis or a map over two, and on the terminal."""
-
-from __future__ import annotations
+"""Sweeps as figures, a curve over one axis or a map over two, and on the console."""
 
 import math
 from collections.abc import Mapping
@@ -12,17 +10,19 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.declare.study import TOGETHER
 from experiments.draw import style
-from experiments.draw.findings import axis, unit
-from experiments.judge.count import count_of
+from experiments.draw.style import axis, unit
+from experiments.judge.verdict import count_of
 from experiments.settings.grid import values_of
 
 _HELD, _FAILED = (palette.VERDICTS[state][0] for state in ("holds", "fails"))
 SHARES = LinearSegmentedColormap.from_list("held", (_FAILED, "#ffffff", _HELD))
 """Share of the replicates in which a claim holds, 0 to 1."""
+SYMBOLS = {"k/n: holds in k of n": "/", "h: the DSNN's half": "h\\b", "A word: at any seed": "holds|fails",
+           "Hatched: not judged": "^-$"}  # fmt: skip
+"""What texts of a map's cells mean, and where they occur."""
 MEASURE = pl.col("what").str.split(":").list.first()
 """Name of a measure without its condition."""
 
@@ -42,7 +42,8 @@ def draw(sweep: Described) -> Figure:
     if not named and len(sweep["axes"]) == 1:
         symbols.append("Whiskers: 95 % interval, or range")
     elif cells["judged"].any():
-        symbols.append("k/n: holds in k of n (h: the DSNN's half); a word: at any seed; hatched: not judged")
+        texts = cells.filter("judged")["text"]
+        symbols += [words for words, sign in SYMBOLS.items() if texts.str.contains(sign).any()]
     with style.look():
         figure = _table(sweep, cells) if named else _panels(sweep, cells)
         first, _, further = finding(cells).partition("; ")
@@ -126,9 +127,10 @@ def _panels(sweep: Described, cells: pl.DataFrame) -> Figure:
         title = ", ".join(filter(None, (titles.get(what, in_words(what)), model)))
         panel.set_title(style.wrapped(title, inches, style.TITLE), fontsize=style.TITLE)
         panel.set_xticks(range(len(levels)), list(levels), rotation=90 if len(levels) > 6 else 0)
+    for panel in grid[::across] if up else ():
+        panel.set_ylabel(with_unit(second[0][0]), fontsize=style.TITLE)
     for panel in grid[-across:]:
         panel.set_xlabel(style.wrapped(with_unit(across_name), inches, style.TITLE), fontsize=style.TITLE)
-    figure.supylabel(with_unit(second[0][0]) if up else "", fontsize=style.TITLE)
     return figure
 
 
@@ -182,8 +184,8 @@ def show(sweep: Described) -> None:
     """Print a sweep: a row for each point and model, at how many points each claim holds, and its further tables."""
     wide = _cells(sweep).pivot("what", index=[*sweep["axes"], "model"], values="text", maintain_order=True)
     title = f"Replicates of {sweep['replicates']} in which claims hold; a word: at any seed"
-    terminal.show(wide, title if sweep["titles"] else "")
+    console.show(wide, title if sweep["titles"] else "")
     for claim, why in sorted(sweep["unjudged"].items()):
-        terminal.out_console.print(f"{claim} not judged: {why}")
+        console.out_console.print(f"{claim} not judged: {why}")
     for title, further in sweep["tables"].items():
-        terminal.show(pl.DataFrame(further, infer_schema_length=None), title)
+        console.show(pl.DataFrame(further, infer_schema_length=None), title)

@@ -1,7 +1,5 @@
 """What commands print of runs: verdicts, silent models, and where everything is."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -10,8 +8,8 @@ import polars as pl
 from rich.text import Text
 
 from experiments.base import console, palette
-from experiments.judge.count import Count
-from experiments.judge.verdict import Verdict
+from experiments.judge.controls import MEANS
+from experiments.judge.verdict import Count, Verdict
 from experiments.store.tables import PEAKS
 
 SIGNS: Mapping[str, str] = {state: sign for state, (*_, sign) in palette.VERDICTS.items()}
@@ -60,7 +58,7 @@ def show_verdicts(verdicts: Sequence[Verdict], *, model: bool = False, provenanc
         state, word = seen_as(verdict.count), re.split(" replicate|[;,]", verdict.count.sentence())[0]
         sign = Text(f"{SIGNS[state]} {word}", palette.VERDICTS[state][2])
         name = f"{verdict.id} ({verdict.model})" if model and verdict.model else verdict.id
-        rows.append((name, sign, *verdict.numbers))
+        rows.append((f"{name} {verdict.title}".rstrip(), sign, *verdict.numbers))
         text = f"{verdict.title or verdict.says}; {verdict.outcome.deciding}" * (state != "holds")
         if verdict.equal is not None and verdict.outcome.equal is not None:
             text += f"; on equal terms {verdict.equal.sentence()}: {verdict.outcome.equal.deciding}"
@@ -81,7 +79,17 @@ def show_silent(rows: Iterable[Mapping[str, Any]]) -> None:
     for row in rows:
         by_model.setdefault(row["model"], []).append(row)
     for model, seen in sorted(by_model.items()):
-        if not any(row[end] for row in seen for end in PEAKS):
+        if not any(row.get(end) for row in seen for end in (*PEAKS, "peak_target")):
             greys = [row[end] for row in seen for end in ("darkest", "brightest") if row.get(end) is not None]
             range_of = f"; its frames had grey levels from {min(greys)} to {max(greys)}" if greys else ""
             console.out_console.print(f"{model} is silent: all its potentials are 0{range_of}")
+
+
+def show_controls(table: pl.DataFrame) -> None:
+    """Print the table of a run's controls, if it has one."""
+    if table.height:
+        columns = ("model", "response", "word", "n", *MEANS, "p")
+        known = [name for name in columns if table[name].null_count() < table.height]
+        console.show(table.select(known), "\nis it vision? trials and their controls")
+        for row in table.drop_nulls("says").iter_rows(named=True):
+            console.out_console.print(f"{row['model']}, {row['response']}: {row['word']} ({row['says']})")

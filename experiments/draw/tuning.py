@@ -1,7 +1,5 @@
 """Tuning curves as figures, one for each curve, and on the terminal a line for each model."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from dsnn import MODELS
-from experiments.base import console as terminal
-from experiments.base import palette
+from experiments.base import console, palette
 from experiments.draw import style
 from experiments.judge import curves
 
@@ -81,16 +78,16 @@ def draw(points: pl.DataFrame, along: Sequence[str], changed: Row) -> Figure:
                 both = own.select("x", "contact_s", "hs", "vs")
                 own = both.unpivot(["hs", "vs"], index=["x", "contact_s"], variable_name="line", value_name="response")
             group = panels[place * len(columns) :][: len(columns)]
+            label = y[0] if y else "response"
             for axes, column in zip(group, columns, strict=True):
                 _map(axes, own) if y else _lines(axes, own.with_columns(angle_deg=angle), column)
-                axes.set_ylabel(MEASURES[column] if approach else "")
+                axes.set_ylabel(MEASURES[column] if approach else "" if place % across else label)
             group[0].set_title(style.wrapped(model, inches, style.BODY), fontweight="bold")
         for axes in panels[-across:]:
             axes.set_xlabel(style.wrapped(x, inches))
         if y:
             scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(-1, 1), palette.SIGNED)
             figure.colorbar(scale, ax=panels, aspect=30, shrink=0.6).set_label("response (share of largest)")
-        figure.supylabel(y[0] if y else "" if approach else "response", fontsize=style.BODY)
         style.headline(figure, f"Response by {' and '.join(label.partition(' (')[0] for label in (x, *y))}")
         style.legend(figure, panels[:1])
         style.caption(figure, f"{shown}{style.in_title(changed)}.", symbols)
@@ -130,7 +127,7 @@ def show(table: pl.DataFrame) -> None:
     """Print what each model prefers, a row a model, and why something is not defined."""
     prefers = pl.when(pl.col("dsi").cast(pl.Float64) >= curves.SOME_DSI).then("prefers_deg").alias("prefers_deg")
     names = [name for name in table.columns if not name.endswith(ENDS) and table[name].count()]
-    terminal.show(table.with_columns(prefers).select(names).with_columns(pl.selectors.float().round(2)))
-    terminal.out_console.print(NOTE)
+    console.show(table.with_columns(prefers).select(names).with_columns(pl.selectors.float().round(2)))
+    console.out_console.print(NOTE)
     for model, why in table.filter(pl.col("not_defined") != "").select("model", "not_defined").rows():
-        terminal.out_console.print(f"{model}: not defined: {why}")
+        console.out_console.print(f"{model}: not defined: {why}")

@@ -4,8 +4,6 @@ matplotlib draws what stands once, and what moves into a copy of it for each fra
 that a recording may be long.
 """
 
-from __future__ import annotations
-
 import contextlib
 import inspect
 import re

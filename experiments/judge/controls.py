@@ -22,8 +22,6 @@ of a model. A test passes if the mean difference reaches the margin of claims (0
 ``shuffled`` is shown and not judged: frames in a drawn order flicker, and a model that responds to that may see well.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -31,8 +29,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from experiments.declare.checks import MARGIN
-from experiments.judge.tests import LEVEL, Floats, holm, paired, written
+from experiments.declare.outcome import MARGIN
+from experiments.judge.tests import LEVEL, Floats, holm, p_text, paired, written
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_label
 
 SHOWN = "shown"
@@ -124,8 +122,9 @@ def word_of(values: Floats, kind: str, *, random: bool = True) -> dict[str, Any]
     by_name, n = dict(zip(MEANS, values.T, strict=True)), len(values)
     row: dict[str, Any] = {"n": n, "p": None, "detectable": None}
     row |= {name: float(measured.mean()) if n else None for name, measured in by_name.items()}
-    if not n or not random or n < LEAST_PAIRS:
-        why = "no trial has such motion" if not n else "nothing is random" if not random else f"needs {LEAST_PAIRS}"
+    reasons = {"no trial has such motion and all controls": n == 0, "nothing is random": not random,
+               f"needs {LEAST_PAIRS}": n < LEAST_PAIRS}  # fmt: skip
+    if why := next((reason for reason, holds in reasons.items() if holds), ""):
         return {**row, "word": UNJUDGED, "says": f"{n} pairs: {why}"}
     pairs = [(by_name[first], by_name[second]) for first, second in TESTS[kind]]
     p_values = holm([paired(first, second).p for first, second in pairs])
@@ -134,12 +133,13 @@ def word_of(values: Floats, kind: str, *, random: bool = True) -> dict[str, Any]
              for difference, p in zip(differences, p_values, strict=True)]  # fmt: skip
     whole = {word: zip(signs[kind], found, strict=True) for word, signs in SIGNS.items()}
     word = next((word for word, pairs in whole.items() if all(sign in (0, there) for sign, there in pairs)), BLIND)
-    texts = [f"{first} - {second} {written(difference)} (p {written(p)})"
+    texts = [f"{first} - {second} {written(difference)} ({p_text(p, 0.0)})"
              for (first, second), difference, p in zip(TESTS[kind], differences, p_values, strict=True)]  # fmt: skip
     detectable = max(_detectable(first - second, len(pairs)) for first, second in pairs)
     power = f"; a difference of {written(detectable)} would be found in {POWER:.0%} of such runs"
     says = "; ".join(texts) + (power if word == BLIND else "")
-    return {**row, "p": max(p_values), "detectable": detectable, "word": word, "says": says}
+    decisive = max(p for p, sign in zip(p_values, SIGNS.get(word, SIGNS[SEES])[kind], strict=True) if sign)
+    return {**row, "p": decisive, "detectable": detectable, "word": word, "says": says}
 
 
 def _detectable(differences: Floats, tests: int) -> float:

@@ -13,8 +13,6 @@ temporal frequency. von Neumann 1941, Annals of Mathematical Statistics 12: the 
 difference to the variance. Fisher 1993, Statistical Analysis of Circular Data, 4.4: intervals of a mean direction.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -25,9 +23,8 @@ import polars as pl
 
 from dsnn.looming.layers import REST
 from experiments.base.streams import stream
-from experiments.judge.tests import LEVEL, PERMUTATIONS, SEED, first_alarm_s
+from experiments.judge.tests import LEVEL, PERMUTATIONS, SEED, Floats, first_alarm_s
 
-Floats = npt.NDArray[np.float64]
 Values = Sequence[float] | pl.Series | Floats
 
 NOTHING = 1e-6

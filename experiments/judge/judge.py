@@ -6,17 +6,14 @@ there is a background, a seed is one scene, as the paper shows one; the count of
 beside the verdict.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any
 
-from experiments.declare.checks import is_number, unreadable
 from experiments.declare.claim import Claim
 from experiments.declare.conditions import CONDITION_COLUMNS
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Outcome, is_number, unreadable
 from experiments.settings.models import NO_SPIKES
 from experiments.store.tables import group, is_imported
 from scenes.hints import nearest

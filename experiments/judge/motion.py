@@ -8,8 +8,6 @@ Neighbouring frames are alike. Against the flow seconds are therefore counted, a
 second.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -17,10 +15,8 @@ import numpy.typing as npt
 import polars as pl
 
 from experiments.base.streams import stream
-from experiments.judge.tests import SEED, proportion_interval
-from experiments.show.flow import TICK_S
-
-Floats = npt.NDArray[np.float64]
+from experiments.judge.tests import SEED, Floats, proportion_interval
+from experiments.show.video import TICK_S
 
 GAP_S, GAP_FRAMES, LEAST_FRAMES = 0.25, 3, 3
 DIRECTIONS = {"hs": ("rightward", "leftward"), "vs": ("downward", "upward"), "looming": ("looming", "looming")}

@@ -3,20 +3,15 @@
 A claim is judged on the trials of one experiment in every replicate.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from experiments.declare.claim import LOOMING_DETECTORS, Claim
 from experiments.declare.outcome import Outcome
-from experiments.judge.judge import judge
+from experiments.judge.judge import Row, judge
 from experiments.settings.models import counted_channel
 from experiments.show.robot import RobotTrial
-
-Row = Mapping[str, Any]
 
 MODEL = "dsnn"
 """The model that the paper's claims are about, where they name no other."""

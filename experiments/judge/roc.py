@@ -3,8 +3,6 @@
 Repeats of one condition are a cluster: an interval is that of the effective number of independent values.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

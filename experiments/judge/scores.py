@@ -3,8 +3,6 @@
 Every table here has rows of a run's ``trials.parquet``; functions of one behaviour get the rows of that alone.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
@@ -13,9 +11,8 @@ import polars as pl
 
 from colias_sim.envs import ENVS, RETURN
 from colias_sim.envs.measures import FREE_DISTANCE, PER_METRE, PER_MINUTE
-from experiments.declare.checks import Check
 from experiments.declare.claim import Claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 from experiments.judge.tests import Score, poisson_interval, proportion_interval, summarise
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.show.episodes import COLUMNS

@@ -6,8 +6,6 @@ so it is never below one arrangement in all there are. Where they are too many t
 drawn, always the same ones, and those seen count as one more: p is never below 1 in ``PERMUTATIONS + 1``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from experiments.base.streams import stream
-from experiments.declare.checks import is_number
+from experiments.declare.outcome import is_number
 from experiments.store.tables import finite, group
 
 RESAMPLES, PERMUTATIONS = 10_000, 9_999

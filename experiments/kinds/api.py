@@ -1,7 +1,5 @@
 """Run, sweep, fit and watch from Python; the commands ask for the same."""
 
-from __future__ import annotations
-
 import operator
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,11 +15,9 @@ from experiments.declare.experiment import LIVE, Experiment
 from experiments.declare.scenario import Scenario
 from experiments.declare.study import Fit, Study, tuple_of
 from experiments.kinds import registry
-from experiments.kinds.kind import perform, planned
-from experiments.kinds.result import Run
+from experiments.kinds.result import Run, perform, planned
 from experiments.settings.models import model_texts
-from experiments.store.asked import Asked
-from experiments.store.command import begun_by
+from experiments.store.asked import Asked, begun_by
 from experiments.store.workers import Workers
 
 __all__ = ["fit", "run", "sweep", "watch"]

@@ -11,16 +11,13 @@ from experiments.base.console import count, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.declare.clip import ClipFigure, OfflineExperiment
 from experiments.declare.outcome import Outcome
-from experiments.draw.terminal import show_silent, show_verdicts
-from experiments.judge import stored
+from experiments.draw.terminal import show_controls, show_silent, show_verdicts
 from experiments.judge.judge import judge
 from experiments.judge.tests import summary_rows
-from experiments.judge.verdict import Verdict, verdict_of
+from experiments.judge.verdict import Verdict, document, verdict_of
 from experiments.kinds import registry
-from experiments.kinds.controlled import conclude_controls, show_controls
-from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.registry import find_claim
-from experiments.kinds.result import Run, load
+from experiments.kinds.controls import conclude_controls
+from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.settings.models import shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import folder_pictures
@@ -30,8 +27,7 @@ from experiments.show.controls import controls
 from experiments.show.play import FRAMES, Trial, play
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder
 from experiments.store.plan import Plan
 from experiments.store.tables import PEAKS, TrialRecord, without_controls
 
@@ -111,7 +107,7 @@ def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
     from experiments.draw import style  # not before: workers do without matplotlib
 
     rows = without_controls(folder.table("trials")).to_dicts()
-    folder.write_json("claims.json", stored.document(verdicts(plan, rows)))
+    folder.write_json("claims.json", document(verdicts(plan, rows)))
     if rows:
         conclude_controls(plan, folder, {trial.index: trial.way() for trial in plan.trials})
         folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
@@ -139,7 +135,7 @@ def verdicts(
     whole = [len({row["trial"] for row in of_seed}) == len(experiment.clips) for of_seed in by_seed]
     spiking, random = plan.thresholds, plan.random
     found = []
-    for claim in (find_claim(claim, "clips") for claim in experiment.claims):
+    for claim in (registry.find_claim(claim, "clips") for claim in experiment.claims):
         outcomes = [
             judge(claim, of_seed, spiking.get(claim.spiking), all_rows or rows) if there else lost
             for of_seed, there in zip(by_seed, whole, strict=True)
@@ -170,7 +166,7 @@ def show(run: Run) -> None:
     out_console.print()
     show_verdicts(run.verdicts)
     show_silent(rows)
-    show_controls(run)
+    show_controls(run.controls)
     show_files(run.folder, count(len({row["trial"] for row in rows}), "clip"))
 
 

@@ -1,7 +1,5 @@
 """Two runs held against each other: the parameters that differ, and paired tests of spikes on equal trials."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +14,7 @@ from experiments.judge.tests import contrast, holm, paired
 from experiments.kinds.result import Run, load
 from experiments.show.clips import SHOWN, TRIALS
 from experiments.show.trial_rows import TRIAL_SCHEMA
-from experiments.store.description import DERIVED, differences
+from experiments.store.folder import DERIVED, differences
 from experiments.store.provenance import UNREPEATABLE
 from experiments.store.tables import table
 

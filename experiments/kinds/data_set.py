@@ -1,7 +1,5 @@
 """A trial as a data set: its frames, what each pixel truly shows, where the robots are and what models responded."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 
@@ -11,7 +9,7 @@ import numpy.typing as npt
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.templates import render
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
 from experiments.show.play import show, tabulate
 from experiments.store.asked import Asked
 from experiments.store.recordings import write_pictures

@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Mapping
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -23,15 +24,14 @@ from experiments.base.user_code import declared, is_own
 from experiments.declare.behaviour import ENDING, Behaviour, load_policy
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import scores as scoring
-from experiments.judge import stored
 from experiments.judge.tests import Score
-from experiments.kinds.kind import Kind, concluding
+from experiments.judge.verdict import document
 from experiments.kinds.registry import claims_on
-from experiments.kinds.result import Run, load
+from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
 from experiments.settings.models import choose, named_model
 from experiments.settings.settings import check_counts
-from experiments.show.episodes import EPISODES, STEPS, EpisodeTrial, env_id, play, record
+from experiments.show.episodes import EPISODES, FROZEN, STEPS, EpisodeTrial, env_id, play, record
 from experiments.show.play import one_thread
 from experiments.store import provenance
 from experiments.store.asked import Asked
@@ -60,7 +60,8 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
         What was asked for: behaviours by name, group, .py file or policy, and arguments of the env as values. A group
         is played with its reference in the place of the env's baselines. Its options are ``env``, otherwise that of the
         first behaviour; ``baselines``, whether to play these too; ``steps``, frames of an episode, otherwise the env's
-        own number; ``recordings``, whether to record the first behaviour's episodes.
+        own number; ``recordings``, whether to record the first behaviour's episodes; ``controls``, whether those that
+        are named, and see, play again in the same worlds with a vision model that is shown its first frame throughout.
 
     Raises
     ------
@@ -80,12 +81,12 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
     reference, loaded = (compared or [first.name])[0], list(map(load_behaviour, played))
     check_unique("two behaviours", [behaviour.name for behaviour in loaded])
     processor = checked(ENVS[where].options_type, options).processor
-    trials = []
-    for place, behaviour in enumerate(loaded):
+    trials: list[EpisodeTrial] = []
+    for source, behaviour in zip(played, loaded, strict=True):
         sees_by = (choose(behaviour.model, processor=processor),) if behaviour.senses == "neural" else ()
-        for repeat in range(number):
-            index = place * number + repeat
-            trials.append(EpisodeTrial("behave", index, repeat, asked.seed + repeat, played[place], sees_by))
+        frozen = [source + FROZEN] if asked.option("controls", False) and source in named and sees_by else []
+        for shown, repeat in product([source, *frozen], range(number)):
+            trials.append(EpisodeTrial("behave", len(trials), repeat, asked.seed + repeat, shown, sees_by))
     arena, steps = options.get("arena", ""), asked.option("steps")
     recorded = number if asked.option("recordings", False) else 0
     files = [*map(str, arena_files(arena))] if isinstance(arena, str) and is_arena_file(arena) else []
@@ -103,31 +104,9 @@ def plan(asked: Asked) -> Plan[EpisodeTrial]:
         partial(play_trial, env=where, options=options, steps=steps, recorded=recorded),
         resolved,
         (EPISODES, STEPS),
-        Played(where, tuple(behaviour.name for behaviour in loaded), not options, reference),
+        tuple(behaviour.name for behaviour in loaded),
         things="episodes",
     )
-
-
-@dataclasses.dataclass(frozen=True)
-class Played:
-    """What the episodes of a run are of.
-
-    Parameters
-    ----------
-    env
-        Id of the env.
-    names
-        Names of the behaviours.
-    default
-        Whether no argument of the env is set.
-    reference
-        Name of the behaviour that collisions are compared with.
-    """
-
-    env: str
-    names: tuple[str, ...]
-    default: bool
-    reference: str
 
 
 def _source(name: str) -> str:
@@ -177,7 +156,8 @@ def play_trial(
     """Play one episode in a worker; the first ``recorded`` of the run with their recordings."""
     kept = trial.index < recorded
     with one_thread():
-        episode = play(load_behaviour(trial.condition), env, options, trial.seed, steps, images=kept)
+        behaviour, frozen = load_behaviour(trial.condition.removesuffix(FROZEN)), trial.condition.endswith(FROZEN)
+        episode = play(behaviour, env, options, trial.seed, steps, images=kept, frozen=frozen)
     row = {**episode.row(), "trial": trial.index, "repeat": trial.repeat}
     recording = recording_of(lambda: record(episode)) if kept else None
     done = TrialRecord(trial.index, (row,), episode.steps(trial.index), recording)
@@ -198,7 +178,7 @@ def load_behaviour(source: str) -> Behaviour:
         known, groups = shipped(BEHAVIOURS["behaviours"]), shipped(BEHAVIOURS["groups"])
         check_known("behaviour", source, known if source in groups else (*groups, *known))
         return cast(Behaviour, known[source])
-    entry: Behaviour = declared(Path(source), "BEHAVIOUR", Behaviour)
+    entry = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
     return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
 
@@ -210,10 +190,10 @@ def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     """Score the episodes in ``folder``, judge claims about them, and write verdicts, summary and figure."""
     from experiments.draw import style  # not before: workers do without matplotlib
 
-    played, trials = plan.declared, folder.table("trials")
-    claims = claims_on("behaviours").values() if played.default else ()  # a claim is about the env as it is
-    folder.write_json("claims.json", stored.document(scoring.verdicts(claims, played.env, played.names, trials)))
-    summary = scoring.summary(trials, played.env, played.reference)
+    played, env, trials = plan.resolved, plan.resolved["env"], folder.table("trials")
+    claims = () if played["options"] else claims_on("behaviours").values()  # a claim is about the env as it is
+    folder.write_json("claims.json", document(scoring.verdicts(claims, env, plan.declared, trials)))
+    summary = scoring.summary(trials, env, played["reference"])
     if not summary.is_empty():
         folder.write_rows("summary.csv", summary.to_dicts())
         style.save(load(folder.folder).figure(), folder.folder / "figure")
@@ -274,18 +254,11 @@ def score(
 # Reading it.
 
 
-def caption(run: Run) -> str:
-    """Return what was played, in words."""
-    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
-
-    return behaviours.caption(*(run.description[name] for name in ("env", "options", "episodes", "seed")))
-
-
 def draw(run: Run) -> Figure:
     """Draw the figure of a run of episodes, from its folder alone."""
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
-    return behaviours.draw(run.trials, run.frames, caption(run))
+    return behaviours.draw(run.trials, run.frames, behaviours.caption(run.description))
 
 
 def show(run: Run) -> None:
@@ -293,7 +266,7 @@ def show(run: Run) -> None:
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
     if run.done:
-        behaviours.show(run.summary, caption(run))
+        behaviours.show(run.summary, behaviours.caption(run.description))
         show_verdicts(run.verdicts)
         show_files(run.folder, count(run.trials.height, "episode"))
 

@@ -3,14 +3,12 @@
 Each batch of settings is a sweep of one axis, and resumes as any other.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -20,22 +18,18 @@ from experiments.base.files import Files
 from experiments.base.streams import stream
 from experiments.declare.outcome import together
 from experiments.declare.study import TOGETHER, Fit, Study
-from experiments.judge.count import Count, count
+from experiments.draw import fit as report, style
 from experiments.judge.sweep import MOST_SLACK, slack
+from experiments.judge.verdict import Count, count
 from experiments.kinds import registry, sweep, sweep_plan
-from experiments.kinds.kind import Kind
-from experiments.kinds.registry import typed
-from experiments.kinds.result import Run, load
+from experiments.kinds.result import Kind, load
 from experiments.settings.grid import apart, take
 from experiments.settings.models import look_up
 from experiments.settings.settings import by_section, check_counts, schema_of
 from experiments.store.asked import Asked
-from experiments.store.description import begin_whole, begun
+from experiments.store.folder import begin_whole, begun
 from experiments.store.plan import Plan
 from experiments.store.workers import Workers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Setting = Mapping[str, str]
 """Key of each range of the box -> its value as ``--set`` takes it."""
@@ -188,10 +182,7 @@ def study_of(fit: Fit, settings: Sequence[Setting]) -> Study:
     """Return the study whose points are settings, by their numbers."""
     texts = [tuple(f"{key}={value}" for name, value in setting.items() for key in name.split("+"))
              for setting in settings]  # fmt: skip
-    return replace(
-        fit.study,
-        axes={"setting": {str(number): level for number, level in enumerate(texts)}},
-    )
+    return replace(fit.study, axes={"setting": {str(number): level for number, level in enumerate(texts)}})
 
 
 def scored(results: pl.DataFrame) -> pl.DataFrame:
@@ -289,7 +280,7 @@ def fit_of(asked: Asked) -> Fit:
     if not asked.what:
         raise UsageError("a script gave it a fit of its own: run the script")
     name = f"fit-{'-'.join(Path(one).stem for one in asked.what)}"
-    study = typed(
+    study = registry.typed(
         ",".join(asked.what), name=name, claims=asked.option("claims"), models=asked.models or None,
         assignments=asked.values, replicates=asked.option("replicates"),
     )  # fmt: skip
@@ -321,9 +312,6 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
         There is another run.
     """
     import optuna
-
-    from experiments.draw import fit as report  # not before: workers do without matplotlib
-    from experiments.draw import style
 
     fit, box, seed = plan.declared.fit, plan.declared.box, plan.asked.seed
     begin_whole(out, plan.document())
@@ -387,13 +375,7 @@ def _scores(of: str, settings: Sequence[Setting], results: pl.DataFrame) -> pl.D
 
 
 def _result(
-    winner: Setting,
-    rows: pl.DataFrame,
-    own: Mapping[str, Any],
-    filled: pl.DataFrame,
-    looks: int,
-    *,
-    random: bool,
+    winner: Setting, rows: pl.DataFrame, own: Mapping[str, Any], filled: pl.DataFrame, looks: int, *, random: bool
 ) -> dict[str, Any]:
     """Return what ``fit.json`` says of the winner, judged again, and of the even sample."""
     first = rows.row(0, named=True)
@@ -405,31 +387,15 @@ def _result(
     word = word if own["satisfied"] == own["claims"] else "not fitted"
     low, high = share.interval or (0.0, 1.0)
     named = ", ".join(f"{key}={value}" for key, value in winner.items())
-    lines = [f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search; all of them on"
-             f" fresh seeds: {counted.sentence()}",
-             f"{share} settings that fill the box evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of"
-             " the box",
-             f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}"]  # fmt: skip
+    found = f"{word}: {named} satisfies {own['satisfied']} of {own['claims']} claims in the search"
+    lines = [
+        f"{found}; all of them on fresh seeds: {counted.sentence()}",
+        f"{share} settings spread evenly satisfy every claim: 95 % interval {low:.3g} to {high:.3g} of the box",
+        f"luck of the search: {luck:.4g}; looks at its fresh seeds: {looks}",
+    ]
     return {"sentences": lines, "winner": winner, "word": word,
             "share": {"satisfied": share.holds, "of": share.replicates, "low": low, "high": high}, "luck": luck,
             "looks": looks}  # fmt: skip
 
 
-# Reading it.
-
-
-def draw(run: Run) -> Figure:
-    """Draw the figure of a fit, from its folder alone."""
-    from experiments.draw import fit as report  # not before: matplotlib takes its time to load
-
-    return report.draw(run)
-
-
-def show(run: Run) -> None:
-    """Print the result, the settings judged again, and where everything is."""
-    from experiments.draw import fit as report  # not before: matplotlib takes its time to load
-
-    report.show(run)
-
-
-KIND = Kind(plan, work, draw, show, summary="fit.csv", whole=True)
+KIND = Kind(plan, work, report.draw, report.show, summary="fit.csv", whole=True)

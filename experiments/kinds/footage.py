@@ -1,15 +1,13 @@
 """Show a video, a camera, a folder of pictures or a stimulus to models, and find when what moved which way."""
 
-from __future__ import annotations
-
 import math
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import polars as pl
 
@@ -22,15 +20,14 @@ from experiments.base.files import NAME, part
 from experiments.base.user_code import is_own
 from experiments.declare.clip import Clip, find_stimulus
 from experiments.draw import viewer
-from experiments.draw.terminal import show_verdicts
-from experiments.judge import motion, stored
+from experiments.draw.terminal import show_controls, show_verdicts
+from experiments.judge import motion
 from experiments.judge.controls import numbers
 from experiments.judge.motion import GRADES, grades, near_miss
-from experiments.kinds.controlled import show_controls
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run
+from experiments.judge.verdict import document
+from experiments.kinds.result import Kind, Run
 from experiments.kinds.tables import CLAIMS, shipped
-from experiments.settings.models import ConfiguredModel, rate_notes, shown_models
+from experiments.settings.models import rate_notes, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.settings import check_counts, in_sections, watchers
 from experiments.show.clips import open_clip, recorded
@@ -39,14 +36,10 @@ from experiments.show.play import Sample, Showing, Trial, play
 from experiments.show.video import TRIALS, VideoSource
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS, begun, read_description
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder, begun, read_description
 from experiments.store.plan import Plan, print_notes
 from experiments.store.tables import COUNTS, PEAKS, TrialRecord, without_controls
 from experiments.store.workers import Workers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BLOCK_FRAMES, EVERY_S = 64, 0.1
 """Frames that are recorded at once, and time between two parts that a viewer gets."""
@@ -128,8 +121,8 @@ class Recorder:
 
     Parameters
     ----------
-    models
-        The models.
+    content
+        What the recording has, a `Content`; nothing without one.
     stream
         Where they are sent, a `rerun.RecordingStream`; otherwise nowhere.
     every_s
@@ -141,8 +134,8 @@ class Recorder:
         Why there is no recording, once that is known.
     """
 
-    def __init__(self, models: Sequence[ConfiguredModel], stream: Any = None, every_s: float = math.inf) -> None:
-        self._models, self._stream, self._every_s = models, stream, every_s
+    def __init__(self, content: Any = None, stream: Any = None, every_s: float = math.inf) -> None:
+        self._content, self._stream, self._every_s = content, stream, every_s
         self._block: list[tuple[Sample, list[Response | None]]] = []
         self._frames, self._sent_s = 0, 0.0
         self.trouble: str | None = None
@@ -165,25 +158,18 @@ class Recorder:
         if not self._block:
             return
         samples, responses = zip(*self._block, strict=True)
-        by_model = dict(zip((model.label for model in self._models), zip(*responses, strict=True), strict=True))
+        by_model = dict(zip((model.label for model in self._content.models), zip(*responses, strict=True), strict=True))
         series = {label: ResponseSeries.from_responses(given) for label, given in by_model.items() if None not in given}
         frames, boxes = recorded(samples, series, self._frames)
-        self._stream.send_chunks([*rerun.moving(content_of(self._models), frames), *boxes])
+        self._stream.send_chunks([*rerun.moving(self._content, frames), *boxes])
         self._block, self._frames, self._sent_s = [], self._frames + len(samples), time.monotonic()
-
-
-def content_of(models: Sequence[ConfiguredModel]) -> Any:
-    """Return what the recording of footage has."""
-    from experiments.show import record as rerun
-
-    return rerun.Content(tuple(map(rerun.RecordedModel.of, models)), eyes=("",))
 
 
 @contextmanager
 def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Recorder]:
     """Open the recording ``file`` and a viewer, as far as they are wanted; the file has its name once it is whole."""
     if file is None and not view:
-        yield Recorder(trial.models)
+        yield Recorder()
         return
     # A viewer that was closed is not missed, and a full disk is told below.
     os.environ.setdefault("RUST_LOG", "error,re_grpc_client=off,re_sdk=off,re_log_encoding=off")
@@ -191,7 +177,7 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
 
     from experiments.show import record
 
-    content = content_of(trial.models)
+    content = record.Content(tuple(map(record.RecordedModel.of, trial.models)), eyes=("",))
     sinks: list[Any] = [rr.FileSink(part(file))] if file else []
     if view:
         sinks.append(rr.GrpcSink(viewer.opened("the Rerun viewer did not open on this screen: give --no-view")))
@@ -203,7 +189,7 @@ def _recorder(trial: Trial, file: Path | None, *, view: bool) -> Iterator[Record
     record.send_layout(stream, record.layout_chunks(content))
     stream.send_recording_name(trial.label())
     stream.send_chunks(record.static(content))
-    recorder = Recorder(trial.models, stream, EVERY_S if view else math.inf)
+    recorder = Recorder(content, stream, EVERY_S if view else math.inf)
     try:
         yield recorder
         recorder.send()
@@ -283,7 +269,7 @@ def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
     found = motion.motions(frames, {model.label: model.thresholds for model in models})
     judged = shipped(CLAIMS["footage"]).verdicts(frames, models, "watch") if source.flow else []
     folder.write_text("summary.csv", found.write_csv())
-    folder.write_json("claims.json", stored.document(judged))
+    folder.write_json("claims.json", document(judged))
     if every.height > frames.height:
         folder.write_rows("controls.csv", numbers(every, models))
     folder.write_json(NAME, {**read_description(folder.folder), NOTES: notes, EARLY: bool(early),
@@ -296,11 +282,6 @@ def conclude(plan: Plan[Trial], folder: RunFolder) -> None:
 
 
 # Reading it.
-
-
-def draw(run: Run) -> Figure:
-    """Refuse: footage has no figure."""
-    raise UsageError(f"{run.folder}: footage has no figure; its recording shows it")
 
 
 def show(run: Run) -> None:
@@ -316,7 +297,7 @@ def show(run: Run) -> None:
     console.show(_filled(run.trials.select("model", *COUNTS, *PEAKS)), "each model")
     if run.description["judged"]:
         console.show(_filled(run.trials.select("model", *GRADES)), "HS and optical flow, with 95 % intervals")
-    show_controls(run)
+    show_controls(run.controls)
     show_verdicts(run.verdicts, model=len(run.models) > 1)
     show_files(run.folder, console.count(run.trials["frames"][0], "frame"))
 
@@ -326,4 +307,4 @@ def _filled(table: pl.DataFrame) -> pl.DataFrame:
     return table.select(column for column in table if column.null_count() < table.height)
 
 
-KIND = Kind(plan, work, draw, show, renders=None)
+KIND = Kind(plan, work, "footage has no figure; its recording shows it", show, renders=None)

@@ -3,8 +3,6 @@
 And the other way round: a run of simulated trials as the log that a robot would have sent.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -19,8 +17,7 @@ from experiments.base.files import Files
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import CONDITION_COLUMNS
 from experiments.kinds import registry, trials
-from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run, concluding
 from experiments.robot.log_trial import LEAST_FPS, LogTrial, lacking, pictures_in, record, trial_folder
 from experiments.robot.logs import (
     CHANNELS,

@@ -1,13 +1,11 @@
 """Find what ships by its name, and what a user's own file declares: experiments, studies, claims."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from experiments.base.errors import UsageError, check_known, short
 from experiments.base.user_code import declared, declares, is_file, named_file
@@ -89,7 +87,7 @@ def paper_experiments() -> tuple[str, ...]:
 
 def _of_file(path: Path) -> Declared:
     """Return what a user's file declares, with the file's path; a relative path of a model starts at its folder."""
-    experiment: Declared = declared(path, "EXPERIMENT", Experiment, OfflineExperiment, Scenario)
+    experiment = cast(Declared, declared(path, "EXPERIMENT", Experiment, OfflineExperiment, Scenario))
     models = tuple(named_model(path, model, f"EXPERIMENT.models[{i}]") for i, model in enumerate(experiment.models))
     if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
         arena = named_file(path, experiment.arena, "EXPERIMENT.arena")
@@ -132,7 +130,7 @@ def called(name: str) -> Study | None:
     path = Path(name)
     if not declares(path, "STUDY"):
         return None
-    study: Study = declared(path, "STUDY", Study)
+    study = declared(path, "STUDY", Study)
     models = tuple(named_model(path, model, f"STUDY.models[{index}]") for index, model in enumerate(study.models))
     folder = path.resolve().parent
     own = study.experiments

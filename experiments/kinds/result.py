@@ -1,4 +1,4 @@
-"""A run of any kind as its folder has it: tables, verdicts, recordings and figure."""
+"""A run of any kind as its folder has it: tables, verdicts, recordings, figure; and what a kind of run is."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import dataclasses
 import datetime
 import html
 import io
-import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,22 +15,23 @@ from typing import TYPE_CHECKING, Any
 import polars as pl
 
 from experiments.base.errors import UsageError, short
-from experiments.base.files import NAME
+from experiments.base.files import NAME, read_json
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import WHOLE
-from experiments.judge import stored
 from experiments.judge.controls import COLUMNS as CONTROL_COLUMNS
 from experiments.judge.tests import SUMMARY
-from experiments.judge.verdict import Verdict
+from experiments.judge.verdict import Verdict, verdicts
 from experiments.kinds.tables import KINDS, kind_of
 from experiments.settings import parameters
 from experiments.settings.models import counted_channel
 from experiments.show.excitation import without_parts
 from experiments.store import provenance
-from experiments.store.description import BEGUN, KIND, THRESHOLDS, begun, read_description
-from experiments.store.folder import has_tables, read_table
+from experiments.store.asked import Asked
+from experiments.store.folder import BEGUN, KIND, THRESHOLDS, RunFolder, begun, has_tables, read_description, read_table
+from experiments.store.plan import Plan, filled
 from experiments.store.recordings import recordings_in
 from experiments.store.tables import FAILURE, columns_of, table, without_controls
+from experiments.store.workers import Workers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -282,7 +282,7 @@ class Run:
     def verdicts(self) -> list[Verdict]:
         """The verdicts behind `claims`, with every check that was made."""
         content = self._json("claims.json")
-        return stored.verdicts(content) if content else []
+        return verdicts(content) if content else []
 
     def figure(self) -> Figure:
         """Draw the run's figure from its tables.
@@ -298,7 +298,10 @@ class Run:
         UsageError
             The run has no trials yet, or is of a kind whose figure is not drawn from its tables: a sweep, say.
         """
-        drawn: Figure = kind_of(self.kind).draw(self)
+        draw = kind_of(self.kind).draw
+        if isinstance(draw, str):
+            raise UsageError(f"{self.folder}: {draw}")
+        drawn: Figure = draw(self)
         setattr(drawn, "_repr_png_", lambda: _png(drawn))  # what notebooks look for  # noqa: B010
         return drawn
 
@@ -320,7 +323,7 @@ class Run:
 
     def _json(self, name: str) -> Any:
         path = self.folder / name
-        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
+        return read_json(path) if path.is_file() else []
 
     def __str__(self) -> str:
         changed, verdicts = (f"{text}; " if text else "" for text in (self.changed, _in_words(self.verdicts)))
@@ -462,3 +465,87 @@ def _png(drawn: Figure) -> bytes:
     with style.look():
         drawn.savefig(buffer, format="png", dpi=110)
     return buffer.getvalue()
+
+
+@dataclasses.dataclass(frozen=True)
+class Kind:
+    """A kind of run: to run it, ``plan`` and ``work``; to read what is in a folder, ``draw`` and ``show``.
+
+    Parameters
+    ----------
+    plan
+        Makes the plan of what was asked. Raises `UsageError` for what cannot be run.
+    work
+        Does what a folder lacks of a plan, and writes verdicts, tables and figures there.
+    draw
+        Draws the figure of a run from its folder alone: no file of a model is run. A text says why there is none.
+    show
+        Prints what a run comes to, from its folder alone.
+    renders
+        Whether its trials are drawn by OpenGL, on workers; ``None``: its work starts these itself, or needs none.
+    summary
+        The table that sums up such a run.
+    chapter
+        Heading of such runs on a page; empty of those that no page has.
+    words
+        Says what a run shows, from its folder alone.
+    whole
+        Whether its folder holds runs, and no trials of its own.
+    """
+
+    plan: Callable[[Asked], Plan[Any]]
+    work: Callable[[Plan[Any], Path, Workers], None]
+    draw: Callable[[Run], Figure] | str
+    show: Callable[[Run], None]
+    renders: bool | None = True
+    summary: str = "summary.csv"
+    chapter: str = ""
+    words: Callable[[Run], str] = str
+    whole: bool = False
+
+
+def concluding(conclude: Callable[[Plan[Any], RunFolder], None]) -> Callable[[Plan[Any], Path, Workers], None]:
+    """Return the work of a kind whose trials all go into one folder: do them, then conclude."""
+
+    def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
+        with filled(plan, out, pool) as folder:
+            conclude(plan, folder)
+
+    return work
+
+
+def planned(asked: Asked) -> Plan[Any]:
+    """Return the plan of what was asked, by its kind; `UsageError` for what cannot be run. Nothing is written."""
+    kind: Kind = kind_of(asked.kind)
+    return kind.plan(asked)
+
+
+def perform(plan: Plan[Any], out: Path, pool: Workers) -> Run:
+    """Do what a folder lacks of a run, and judge and draw it.
+
+    Parameters
+    ----------
+    plan
+        From `planned`.
+    out
+        The run's folder: a new one, or one that holds a part of this run.
+    pool
+        Where the trials are done.
+
+    Returns
+    -------
+    Run
+        The run as its files have it.
+
+    Raises
+    ------
+    UsageError
+        The folder holds another run.
+    """
+    kind: Kind = kind_of(plan.asked.kind)
+    if kind.renders is None:
+        kind.work(plan, out, pool)
+    else:
+        with pool.running(rendering=kind.renders):
+            kind.work(plan, out, pool)
+    return load(out)

@@ -18,19 +18,16 @@ from colias_sim.envs.crowd import Tracks
 from colias_sim.envs.options import FPS, checked
 from colias_sim.envs.swarm import WALL, Swarm, SwarmOptions
 from dsnn import ResponseSeries
-from experiments.base.console import count, show_files
-from experiments.base.console import show as show_table
+from experiments.base.console import count, show as show_table, show_files
 from experiments.base.streams import KEYS, stream
 from experiments.base.user_code import traced
 from experiments.declare.outcome import Outcome
 from experiments.declare.scenario import BLIND, Scenario
 from experiments.draw.terminal import show_verdicts
-from experiments.judge import stored
 from experiments.judge.tests import summary_rows
-from experiments.judge.verdict import verdict_of
+from experiments.judge.verdict import document, verdict_of
 from experiments.kinds import registry
-from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.result import Run, load
+from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.settings.models import look_up, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.settings import applied, by_section, check_counts, sections, with_values
@@ -222,7 +219,7 @@ def conclude(plan: Plan[SwarmTrial], folder: RunFolder) -> None:
                    experiment=plan.name)
         for claim in plan.declared.claims if rows
     ]  # fmt: skip
-    folder.write_json("claims.json", stored.document(found))
+    folder.write_json("claims.json", document(found))
     if rows:
         folder.write_rows("summary.csv", summary_rows(rows, ("model", "robots", "speed_cm_s"), MEASURED, ()))
         style.save(load(folder.folder).figure(), folder.folder / "figure")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -14,19 +13,18 @@ import polars as pl
 
 from experiments.base.console import show_places
 from experiments.base.errors import UsageError
+from experiments.base.files import read_json
 from experiments.declare.clip import Clip
 from experiments.declare.study import Levels, Study
 from experiments.judge.sweep import ClaimAt, Fewer, Play, Sweep, Tables, Then, read
 from experiments.kinds import trials
 from experiments.kinds.clips import play_clip
-from experiments.kinds.kind import Kind
 from experiments.kinds.registry import shipped_study, typed
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run
 from experiments.kinds.sweep_plan import sweep_of
 from experiments.kinds.tables import PLANS, STUDIES, shipped
 from experiments.show import clips
-from experiments.show.play import FRAMES, Trial, tabulate
-from experiments.show.play import show as shown_to
+from experiments.show.play import FRAMES, Trial, show as shown_to, tabulate
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_TRIALS
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
@@ -132,8 +130,7 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
 
 def conclude(plan: Plan[Any], folder: RunFolder, play: Play) -> None:
     """Judge the claims, and write ``outcomes.csv``, ``counts.csv``, ``NAME.json`` and ``NAME.svg``."""
-    from experiments.draw import style  # not before: workers do without matplotlib
-    from experiments.draw import sweep as report
+    from experiments.draw import style, sweep as report  # not before: workers do without matplotlib
 
     result = read(plan.declared, folder.table("trials").to_dicts(), folder.failures())
     described, name = result.described(), plan.name
@@ -154,8 +151,7 @@ def described(run: Run) -> Mapping[str, Any]:
     path = run.folder / f"{run.name}.json"
     if not path.is_file():
         raise UsageError(f"{run.folder}: no {path.name} there: the sweep is not finished")
-    content: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return content
+    return dict(read_json(path))
 
 
 def draw(run: Run) -> Figure:

@@ -4,11 +4,8 @@ Points and models that differ in parameters of models alone share their frames: 
 Trials that no axis changes are run once, and count at every point.
 """
 
-from __future__ import annotations
-
-import dataclasses
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -18,11 +15,9 @@ from experiments.base.values import key_values
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Experiment
 from experiments.declare.study import WHOLE, Levels, Study
-from experiments.judge import measures as measuring
 from experiments.judge.replicates import EVERY_MODEL, MODEL
-from experiments.judge.sweep import ClaimAt, Fewer, Share, Sweep
+from experiments.judge.sweep import SPIKES, TRUE, ClaimAt, Fewer, Share, Sweep, chosen, quantity
 from experiments.kinds import registry, trials
-from experiments.kinds.registry import answering_for, asked_models, claims_of
 from experiments.settings.grid import Base, Point, check_keys, knows, levels_of, moves, points_of, sets, values_of
 from experiments.settings.models import ConfiguredModel, look_up, parse_model
 from experiments.settings.parameters import differing
@@ -69,22 +64,21 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
     values = _applying(study.assignments, sections(declared, models))
     asked = Asked(kind="trials", values=values, repeats=study.repeats, seed=seed)
     whole, settings, repeats = trials.checked(declared, models, asked)
-    number, truth = len(whole.conditions()) * repeats, any(name.startswith(measuring.TRUE) for name in study.measures)
+    number, truth = len(whole.conditions()) * repeats, any(name.startswith(TRUE) for name in study.measures)
     resolved, changed = trials.resolve(asked, declared, whole, settings, repeats, number)
 
     def render(over: Mapping[str, str]) -> Any:
-        point = dataclasses.replace(asked, values={**asked.values, **over})
+        point = replace(asked, values={**asked.values, **over})
         experiment, moved, _ = trials.checked(declared, models, point)
 
         def specs(replicate: int, shown: tuple[ConfiguredModel, ...]) -> list[Any]:
-            seen = dataclasses.replace(moved, models=shown)
+            seen = replace(moved, models=shown)
             found = trials_of(experiment, seen, repeats, seed + replicate, truth=truth)
-            return [dataclasses.replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
+            return [replace(spec, repeat=replicate * repeats + spec.repeat) for spec in found]
 
         return experiment.conditions(), specs, is_random(moved)
 
-    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene,
-            "experiment": whole.design}  # fmt: skip
+    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene, "experiment": whole.design}
     return Part(whole, settings.models, base, repeats, render, {**resolved, "changed": changed})
 
 
@@ -125,9 +119,9 @@ def _with_clips_set(declared: OfflineExperiment, values: Mapping[str, str]) -> O
     def with_own(clip: Clip) -> Clip:
         own = {key.partition(".")[2]: text for key, text in values.items() if key.partition(".")[0] == clip.entry.name}
         params = with_values(clip.entry.name, clip.build(0).params, own)
-        return dataclasses.replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
+        return replace(clip, changes=dict(clip.changes) | {name: getattr(params, name) for name in own})
 
-    return dataclasses.replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
+    return replace(declared, clips=[with_own(clip) for clip in declared.clips]) if values else declared
 
 
 def sections_of(declared: Any) -> Base:
@@ -166,15 +160,15 @@ def sweep_of(
     """
     check_counts(seed, study.replicates, "--replicates")
     experiments, on_robot = _experiments(study, repeats)
-    study = study if repeats is None else dataclasses.replace(study, repeats=repeats)
+    study = study if repeats is None else replace(study, repeats=repeats)
     if not study.models:
-        models_in = models_in or {experiment.name: asked_models(experiment) for experiment in experiments}
-        study = dataclasses.replace(study, models=(MODEL,))
+        models_in = models_in or {experiment.name: registry.asked_models(experiment) for experiment in experiments}
+        study = replace(study, models=(MODEL,))
     models = look_up(study.models, "robot" if on_robot else "offline")
     if not on_robot and not claim_at and len(models) > 1:
         raise UsageError(f"models {', '.join(study.models)}: clips are judged of one model at a time")
     judged = [EVERY_MODEL] if models_in else [model.label for model in (models if on_robot else models[:1])]
-    claims = claims_of(experiments, study, [] if models_in or claim_at else models)
+    claims = registry.claims_of(experiments, study, [] if models_in or claim_at else models)
     parts = []
     for experiment in experiments:
         needed = {label for claim, name in claims if name == experiment.name for label in claim.models}
@@ -187,13 +181,13 @@ def sweep_of(
     parameters: dict[str, dict[str, Any]] = {name: {} for name, levels in axes.items() if any(levels.values())}
     renderings = {part.declared.name: _renderings(part, study, axes, parameters, only or {}) for part in parts}
     conditions = {name: [conditions for conditions, *_ in found] for name, found in renderings.items()}
-    measures = tuple(measuring.chosen(study.measures or (() if claims else (measuring.SPIKES,)), conditions, models))
+    measures = tuple(chosen(study.measures or (() if claims else (SPIKES,)), conditions, models))
     asked = {place for _, place, *_ in (*claims, *measures)}
     parts = [part for part in parts if models_in or part.declared.name in asked]
     shown = [(part.declared.name, *rendering) for part in parts for rendering in renderings[part.declared.name]]
     fixed = frozenset((point, name) for name, *_, random, _, watching in shown if not random for point in watching)
     if not any(random for *_, random, _, _ in shown):
-        study = dataclasses.replace(study, replicates=1)
+        study = replace(study, replicates=1)
     specs, shares = _trials(shown, study.replicates, fewer, judged[0] if models_in or not on_robot else None)
     if claim_at:  # its points differ in nothing that is run: the columns of its trials are the models' own
         parameters |= parts[0].described["changed"]
@@ -202,7 +196,7 @@ def sweep_of(
     resolved = {
         **_resolved(study, parts, specs, parameters), "repeats": each, "replicates": study.replicates, "seed": seed,
         "axes": axes, "claims": [{**plain(claim), "experiment": name} for claim, name in claims],
-        "measures": [{"name": name, "unit": measuring.quantity(name).unit, "experiment": place}
+        "measures": [{"name": name, "unit": quantity(name).unit, "experiment": place}
                      for name, place, _ in measures],
     }  # fmt: skip
     judged_at = tuple((point, name) for point in points_of(axes) for name in judged if (point, name) in there)
@@ -214,7 +208,7 @@ def sweep_of(
 
 def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
     """Return the experiments of a study, all of one kind, and whether a robot is in them."""
-    experiments: list[Any] = list(map(registry.find, study.experiments or answering_for(study.claims)))
+    experiments: list[Any] = list(map(registry.find, study.experiments or registry.answering_for(study.claims)))
     names = [experiment.name for experiment in experiments]
     if swarms := [experiment.name for experiment in experiments if experiment.kind == "swarm"]:
         raise UsageError(
@@ -245,7 +239,7 @@ def _trials(
         labels = {model.label for seen in counting.values() for model in seen.values()}
         found = rendered(replicate, tuple(model for label, model in variants.items() if label in labels))
         numbers = range(len(specs), len(specs) + len(found))
-        specs += [dataclasses.replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
+        specs += [replace(spec, index=number) for number, spec in zip(numbers, found, strict=True)]
         for point, seen in counting.items():
             if whole is None:
                 shares |= {(point, one, name, replicate): (numbers, {one: model}) for one, model in seen.items()}
@@ -322,7 +316,7 @@ def _renderings(
                                          if key.partition(".")[0] == section})
                 for section, value in ((model.section, model.network), ("processor", model.processor))
             )  # fmt: skip
-            moved_model = dataclasses.replace(model, label=label, network=network, processor=processor)
+            moved_model = replace(model, label=label, network=network, processor=processor)
             variants.setdefault(label, moved_model)
             watching.setdefault(point, {})[model.label] = variants[label]
         if watching:

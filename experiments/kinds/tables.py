@@ -3,8 +3,6 @@
 So machinery below `experiments.paper` finds what stands above it, and `colias list` imports no more than it shows.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Mapping
 from typing import Any
@@ -23,7 +21,7 @@ KINDS: Mapping[str, str] = {
     "leaderboard": "experiments.paper.boards:KIND",
     "reproduction": "experiments.paper.reproduce:KIND",
 }
-"""Kind of run, as ``run.json`` has it -> its `experiments.kinds.kind.Kind`."""
+"""Kind of run, as ``run.json`` has it -> its `experiments.kinds.result.Kind`."""
 
 NAMES = (
     "general", "speed", "distance", "angular-approach", "angular-recession", "contrast", "clutter", "egomotion",
@@ -78,19 +76,15 @@ STUDIES: Mapping[str, str] = {
 }
 """Study -> its declaration. Missing is ``model-claims``, whose claims are each about a model."""
 
-PLANS: Mapping[str, str] = {
-    "studies": "experiments.paper.studies.plans:PLANS",
-}
+PLANS: Mapping[str, str] = {"studies": "experiments.paper.studies.plans:PLANS"}
 """What plans the studies of which a `Study` does not say all: study -> function of it and of what was asked."""
 
-BOARDS: Mapping[str, str] = {
-    "reproduction": "experiments.paper.reproduce",
-}
+BOARDS: Mapping[str, str] = {"reproduction": "experiments.paper.reproduce"}
 """What is made of many runs -> its module."""
 
 
 def kind_of(name: str) -> Any:
-    """Return a kind of run, a `experiments.kinds.kind.Kind`, by its name in ``run.json``."""
+    """Return a kind of run, a `experiments.kinds.result.Kind`, by its name in ``run.json``."""
     return shipped(KINDS[name])
 
 

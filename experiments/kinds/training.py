@@ -38,17 +38,17 @@ from experiments.declare.behaviour import (
     load_policy,
     sense,
     steer,
-)  # fmt: skip
+)
+from experiments.draw import behaviours
 from experiments.judge.scores import SUMMARY
 from experiments.judge.tests import Score
 from experiments.kinds import episodes
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run, load
+from experiments.kinds.result import Kind, Run, load
 from experiments.settings.settings import check_counts
 from experiments.show.episodes import env_id, short_name
 from experiments.show.play import one_thread
 from experiments.store.asked import Asked
-from experiments.store.description import begun
+from experiments.store.folder import begun
 from experiments.store.plan import Plan, filled
 from experiments.store.provenance import versions
 from experiments.store.workers import Workers, starting
@@ -265,8 +265,6 @@ def _judging(plan: Plan[Any], files: Sequence[Path]) -> Plan[Any]:
 
 def show(run: Run) -> None:
     """Print what policies and their opponents did; of several training seeds the policies in one row."""
-    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
-
     if not run.done:
         return
     trained = run.description["training"]

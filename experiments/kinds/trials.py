@@ -16,17 +16,14 @@ from experiments.base.console import count, out_console, show_files
 from experiments.base.errors import UsageError, check_known
 from experiments.declare.conditions import CONDITION_COLUMNS, SCRIPTED
 from experiments.declare.experiment import Experiment
-from experiments.draw.terminal import show_silent, show_verdicts
-from experiments.judge import stored
+from experiments.draw.terminal import show_controls, show_silent, show_verdicts
 from experiments.judge.judge import flaws, judge
-from experiments.judge.tests import least_of_pairs, p_text, summary_rows
-from experiments.judge.verdict import Verdict, verdict_of
+from experiments.judge.tests import LEVEL, least_of_pairs, p_text, summary_rows
+from experiments.judge.verdict import Verdict, document, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.compare import corrected, tested
-from experiments.kinds.controlled import conclude_controls, show_controls
-from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.registry import find_claim
-from experiments.kinds.result import COMPARISONS, Run, load, whole_networks
+from experiments.kinds.controls import conclude_controls
+from experiments.kinds.result import COMPARISONS, Kind, Run, concluding, load, whole_networks
 from experiments.settings.models import EYE, shown_models
 from experiments.settings.parameters import Parameters
 from experiments.settings.pictures import Pictures, digests, folder_pictures
@@ -38,8 +35,7 @@ from experiments.show.robot import TRUE, RobotTrial, camera, is_random, trials_o
 from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA, TRUE_FRAMES, TRUE_TRIALS, drawable, varying
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder
 from experiments.store.plan import Plan
 from experiments.store.tables import RESPONSES, TrialRecord, drawn_here, without_controls
 from scenes import arena_name
@@ -140,9 +136,8 @@ def both_eyes(settings: Settings) -> Settings:
     try:
         eye = camera(settings, TRUE)
     except ValidationError as error:
-        raise UsageError(
-            f"--eyes both: the camera of preset {TRUE} cannot have the set size or rate: {error.errors()[0]['msg']}"
-        ) from None
+        reason = error.errors()[0]["msg"]
+        raise UsageError(f"--eyes both: preset {TRUE} cannot have the set size or rate: {reason}") from None
     if eye == settings.camera:
         raise UsageError(f"--eyes both: the camera is that of preset {TRUE} already; leave out --set camera.*")
     more = tuple(dataclasses.replace(model, label=f"{model.label}{EYE}{TRUE}") for model in settings.models)
@@ -204,13 +199,13 @@ def conclude(plan: Plan[Any], folder: RunFolder) -> None:
     """Judge the claims of the trials in ``folder``, and write verdicts, summary, tests between models and figure."""
     experiment, models = plan.declared, plan.models
     rows = without_controls(folder.table("trials")).to_dicts()
-    folder.write_json("claims.json", stored.document(_verdicts(plan, rows, folder.failures())))
+    folder.write_json("claims.json", document(_verdicts(plan, rows, folder.failures())))
     run = load(folder.folder)
     if not rows:
         return
-    conclude_controls(plan, folder, ways(rows))
     from experiments.draw import style  # not before: workers do without matplotlib
 
+    conclude_controls(plan, folder, ways(rows))
     whole = whole_networks(run)
     folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, NEGATIVE))
     if compared := compare(whole, models[0].label if len(experiment.models) > 1 else ""):
@@ -229,7 +224,7 @@ def ways(rows: Sequence[Any]) -> dict[int, str]:
 def _verdicts(plan: Plan[Any], rows: Sequence[Any], failures: Sequence[Any]) -> list[Verdict]:
     """Judge each claim, for each model that it is about, or once for the models that it compares."""
     experiment, models, random = plan.declared, plan.models, plan.random
-    claims = [find_claim(claim, "robot") for claim in experiment.claims]
+    claims = [registry.find_claim(claim, "robot") for claim in experiment.claims]
     asked = [
         (claim, model.label)
         for model in models
@@ -306,12 +301,16 @@ def show(run: Run) -> None:
         names = [name for name in varies if name != "model"]
         columns = [*names, "model", "against", "n", "mean_difference", "rank_biserial", "p_holm"]
         title = f"\nmodels in the same trials ({run.comparisons['test'][0]}; p after Holm)"
-        words = [p_text(p, least_of_pairs(n)) for p, n in run.comparisons.select("p_holm", "n").rows()]
+        few = {n: least for n in run.comparisons["n"].unique().sort() if (least := least_of_pairs(n)) > LEVEL}
+        words = ["n < 6" if n in few else p_text(p, 0.0) for p, n in run.comparisons.select("p_holm", "n").rows()]
         difference = pl.col("mean_difference").round(3) + 0.0  # a difference below a thousandth is 0, and 0 has no sign
         console.show(run.comparisons.select(columns).with_columns(difference, p_holm=pl.Series(words)), title)
+        if few:
+            told = (f"with {count(n, 'pair')} no p is below {least:.2g}" for n, least in few.items())
+            out_console.print("n < 6:", ", ".join(told))
     elif rows and len(models) > 1:
         out_console.print("\nmodels are not compared: fewer than two of them spiked or were silent in the same trial")
-    show_controls(run)
+    show_controls(run.controls)
     if rows and (beware := flaws(without_controls(run.trials).to_dicts())):
         out_console.print(f"\nbeware: {beware}", style="red")
     show_files(run.folder, count(len({row["trial"] for row in rows}), "trial"))
@@ -324,6 +323,7 @@ def _table(run: Run, models: set[str], varies: Sequence[str]) -> pl.DataFrame:
     values = [pl.col(column).filter(quantity=name).first().alias(name if column == "mean" else column)
               for name in known for column in SHOWN[name]]  # fmt: skip
     table = shown.group_by(keys, maintain_order=True).agg(pl.col("n").max(), *values)
+    table = pl.concat(table.partition_by("model", maintain_order=True))
     return table.select(*varies, "n", *table.columns[len(keys) + 1 :])
 
 

@@ -5,12 +5,10 @@ a field's mean does not depend on the phase. Objects start and end whole inside 
 have 99x72 px, through the robot's lens, and so has the disc that looms, recedes and crosses.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -19,9 +17,9 @@ from dsnn.stimuli.looming import Looming
 from experiments.base.console import count, show_files
 from experiments.base.errors import UsageError, check_known
 from experiments.declare.clip import Clip
+from experiments.draw import style, tuning
 from experiments.judge import curves
-from experiments.kinds.kind import Kind, concluding
-from experiments.kinds.result import Run
+from experiments.kinds.result import Kind, Run, concluding
 from experiments.settings.models import COMPARED, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.settings import check_counts, watchers
@@ -31,9 +29,6 @@ from experiments.store import provenance
 from experiments.store.asked import Asked
 from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 EXPERIMENT = "tuning"
 FRAME: dict[str, Any] = {"rows": 108, "columns": 144, "rest_s": 0.2}
@@ -145,9 +140,7 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
         "changed": changed, "curves": list(dict.fromkeys(point["curve"] for point in points)),
         **provenance.of([model.source for model in models]),
     }  # fmt: skip
-    return Plan(
-        asked, EXPERIMENT, trials, play, resolved, (TRIALS, FRAMES), tuple(points), models, changed, "clips"
-    )  # fmt: skip
+    return Plan(asked, EXPERIMENT, trials, play, resolved, (TRIALS, FRAMES), tuple(points), models, changed, "clips")
 
 
 # What it comes to.
@@ -155,8 +148,6 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
 
 def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
     """Write ``tuning.csv``, ``preferences.csv`` and a figure for each curve."""
-    from experiments.draw import style, tuning  # not before: workers do without matplotlib
-
     points = responses(plan, folder.table("frames"))
     rows = [preferences(points, m.label, m.channels) for m in plan.models if m.label in points["model"]]
     if rows:
@@ -264,18 +255,13 @@ def prefers_looming(own: pl.DataFrame, value: str) -> float | None:
 # Reading it.
 
 
-def draw(run: Run) -> Figure:
-    """Refuse one figure: a run has one for each curve."""
-    raise UsageError(f"{run.folder}: a run of tuning curves has a figure for each curve; see the pictures there")
-
-
 def show(run: Run) -> None:
     """Print what each model prefers, and where everything is."""
-    from experiments.draw import tuning  # not before: matplotlib takes its time to load
-
     if run.done and (run.folder / "preferences.csv").is_file():
         tuning.show(run.summary)
     show_files(run.folder, count(len(run.models), "model"))
 
 
-KIND = Kind(plan, concluding(conclude), draw, show, renders=False, summary="preferences.csv")
+DRAWN = "a run of tuning curves has a figure for each curve; see the pictures there"
+
+KIND = Kind(plan, concluding(conclude), DRAWN, show, renders=False, summary="preferences.csv")

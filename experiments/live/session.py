@@ -1,7 +1,5 @@
 """The session behind the page: models that watch a trial of the simulation, and what a person may do with it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

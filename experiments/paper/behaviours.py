@@ -5,12 +5,9 @@ A behaviour is asked for wheel speeds once a frame: shares of the motors' maximu
 a function or class here, and an entry in `_ENTRIES`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
@@ -247,10 +244,10 @@ _ENTRIES = (
               senses="state"),
 )  # fmt: skip
 
-BEHAVIOURS: Mapping[str, Behaviour] = MappingProxyType({entry.name: entry for entry in _ENTRIES})
+BEHAVIOURS: Mapping[str, Behaviour] = {entry.name: entry for entry in _ENTRIES}
 """The behaviours that ship: name -> `experiments.Behaviour`."""
 
-GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": tuple(behaviour.name for behaviour in ESCAPES)})
+GROUPS: Mapping[str, tuple[str, ...]] = {"escape": tuple(behaviour.name for behaviour in ESCAPES)}
 """Name -> the behaviours that ``colias behave NAME`` plays in the same worlds."""
-REFERENCE: Mapping[str, tuple[str, ...]] = MappingProxyType({"escape": ("hybrid", "straight")})
+REFERENCE: Mapping[str, tuple[str, ...]] = {"escape": ("hybrid", "straight")}
 """Group -> what it is held against: that which is to collide less often, and that which does not look."""

@@ -1,49 +1,79 @@
 """The leaderboard: every model on the same robot trials and the clips of its board, scored and ranked.
 
 There are two boards. *Direction* ranks the models that respond by HS or VS, *looming* those with a looming potential.
+Models are timed side by side, in one process.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import polars as pl
+from matplotlib.figure import Figure
 
+from dsnn.frames import frozen
+from dsnn.stimuli import stimulus
 from dsnn.stimuli.looming import Looming
 from experiments.base.console import count, error_console, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.base.files import Files
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.experiment import Angular, Design, Experiment, Listed, Translation
+from experiments.draw import scoreboard, style
 from experiments.judge.judge import SIGNED
 from experiments.judge.roc import alarm_count, alarm_rate, area, median_interval, share
-from experiments.judge.tests import (
-    Score,
-    first_alarm_s,
-)
-from experiments.kinds import clips as offline
-from experiments.kinds import trials
-from experiments.kinds.kind import Kind
-from experiments.kinds.result import Run
+from experiments.judge.tests import Score, first_alarm_s
+from experiments.kinds import clips as offline, trials
+from experiments.kinds.result import Kind, Run
 from experiments.paper.claims.clips import answer
 from experiments.paper.clips import EXTREMES, LONG_EDGE_AHEAD, SHADES
 from experiments.settings.models import COMPARED, ConfiguredModel, parse_label, shown_models
 from experiments.settings.settings import watchers
-from experiments.show.timing import time_models
+from experiments.show.play import ModelRunner, one_thread
 from experiments.store.asked import Asked
-from experiments.store.description import begin_whole
+from experiments.store.folder import begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.tables import without_controls
 from experiments.store.workers import Workers
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+ROUNDS, BLOCK = 40, 4
+"""Times that each model is timed, and frames in each time."""
+
+
+def time_models(models: Sequence[ConfiguredModel], shape: tuple[int, int]) -> dict[str, list[float]]:
+    """Time models side by side: in one process, on one thread, in turns, so that a slow moment hits all of a round.
+
+    Parameters
+    ----------
+    models
+        The models. One that raises is left out.
+    shape
+        Shape of the frames, (R, C).
+
+    Returns
+    -------
+    dict
+        Model -> microseconds per frame, a mean of `BLOCK` frames for each of `ROUNDS` rounds, after one to warm up.
+    """
+    rows, columns = shape
+    clip = stimulus("cluttered", 0, rows=rows, columns=columns, width=columns / 6, height=rows / 2, speed=columns / 2)
+    frames = [frozen(clip[index].luma) for index in range(min(len(clip), 60))]
+    runners = [ModelRunner(model, shape, keep=False) for model in models]
+    taken: dict[str, list[float]] = {runner.label: [] for runner in runners}
+    with one_thread():
+        for number in range(ROUNDS + 1):
+            block = [frames[(number * BLOCK + i) % len(frames)] for i in range(BLOCK)]
+            for runner in runners:
+                before = runner.seconds
+                for frame in block:
+                    runner.see(frame)
+                taken[runner.label].append((runner.seconds - before) / BLOCK * 1e6)
+    return {runner.label: taken[runner.label][1:] for runner in runners if not runner.trouble}
+
 
 DIRECTION, LOOMING = "direction", "looming"
 FILES = {DIRECTION: "leaderboard", LOOMING: "looming"}
@@ -61,8 +91,8 @@ LABELS = {
     "auc_recession": "AUC, looming against recession, clips",
     "auc_background": "AUC, looming against background, clips",
     "answered": "share of looming clips with spikes",
-    "contact_dark_s": "time to contact, dark (s)",
-    "contact_light_s": "time to contact, light (s)",
+    "contact_dark_s": "time to contact, dark (s), median and range over l/v",
+    "contact_light_s": "time to contact, light (s), median and range over l/v",
     "alarms_translation": "false alarms, translation (1/min)", "alarms_gratings": "false alarms, gratings (1/min)",
     "alarms_background": "false alarms, background (1/min)",
     "gain": "gain over the best control (score)",
@@ -75,10 +105,7 @@ RANKED_BY = {DIRECTION: ("direction_", "auc_"), LOOMING: ("auc_", "answered")}
 """Board -> beginnings of measures: ranked by the mean of the first, equal models by that of the second."""
 RIVALS = ("frozen", "absent", "reversed")
 """The controls that a model's score is held against: a looming potential has no sign that a mirror turns."""
-NOTE = (
-    "Next to a score: its 95 % interval, with the repeats of a condition as one cluster; of a time to contact,"
-    " the median over l/v, the smallest and the largest."
-)
+NOTE = "Next to a score: its 95 % interval, with the repeats of a condition as one cluster."
 
 REPEATS = 5
 TRANSLATION, DEPTH = tuple(SIGNED), ("looming", "receding")
@@ -410,9 +437,6 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     UsageError
         The folder holds other trials.
     """
-    # Not before: workers do without matplotlib.
-    from experiments.draw import scoreboard, style
-
     begin_whole(out, plan.document())
     parts = parts_of(plan)
     with pool.running():
@@ -458,8 +482,6 @@ def _table(path: Path) -> pl.DataFrame:
 
 def draw(run: Run) -> Figure:
     """Draw the first board of a run, from its folder alone; `UsageError` without one."""
-    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
-
     for board, table in tables(run).items():
         return scoreboard.draw(table, LABELS, CHANCE, finding(board, table), NOTE)
     raise UsageError(f"{run.folder}: no {FILES[DIRECTION]}.csv there: the run is not finished")
@@ -467,8 +489,6 @@ def draw(run: Run) -> Figure:
 
 def show(run: Run) -> None:
     """Print the boards of a run, and where everything is."""
-    from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
-
     boards = tables(run)
     for name, table in boards.items():
         scoreboard.show(table, measures(table), f"Ranked by {name}")

@@ -21,12 +21,7 @@ def cluttered(name: str, **changes: Any) -> Clip:
 
 SHADES = {"dark": (40.0, 200.0), "light": (200.0, 40.0)}
 """Object and ground: the golden vectors' greys, and the same exchanged."""
-LONG_EDGE_AHEAD = {
-    "rightward": (50.0, 90.0),
-    "leftward": (50.0, 90.0),
-    "downward": (90.0, 50.0),
-    "upward": (90.0, 50.0),
-}
+LONG_EDGE_AHEAD = dict.fromkeys(SIDEWAYS, (50.0, 90.0)) | dict.fromkeys(("downward", "upward"), (90.0, 50.0))
 """The rectangle is turned for the vertical motions: what moves is as long an edge."""
 
 

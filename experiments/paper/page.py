@@ -1,48 +1,119 @@
-"""The report of a reproduction, one page: the robot's figure, a line for each claim, its evidence, every figure."""
+"""The report of a reproduction, one page: the robot's figure, a line for each claim, its evidence, every figure.
 
-from __future__ import annotations
+How much of a reproduction is run, and the names of its parts, are here too.
+"""
 
 import base64
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from experiments.base import palette
-from experiments.base.files import Files
+from experiments.base.files import Files, read_json
 from experiments.base.templates import render
-from experiments.declare.claim import texts
+from experiments.declare.claim import EACH_TRIAL, texts
 from experiments.declare.outcome import REASONS
 from experiments.declare.study import WHOLE
 from experiments.draw import style
 from experiments.draw.robot import PAPER, panels
 from experiments.draw.terminal import SIGNS, is_unshown, not_run, seen_as
-from experiments.judge import stored
-from experiments.judge.count import FAILS_TO, HOLDS_FROM, LEAST_JUDGED, Count, State
-from experiments.judge.verdict import Verdict
+from experiments.judge.verdict import (
+    FAILS_TO,
+    HOLDS_FROM,
+    LEAST_JUDGED,
+    Count,
+    State,
+    Verdict,
+    verdicts as stored_verdicts,
+)
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Run, load, whole_networks
+from experiments.kinds.tables import OFFLINE
 from experiments.paper.claims.clips import ASSUMED
 from experiments.paper.claims.readings import CHOSEN_FOR, READINGS, used_to_choose
-from experiments.paper.scale import COUNTED, FULL
 from experiments.paper.studies.clips import compares_with
+from experiments.paper.studies.onboard import STUDY as ONBOARD
 from experiments.store import provenance
-from experiments.store.description import RENDERERS
+from experiments.store.folder import RENDERERS
 from experiments.store.tables import group, in_words
 
-MEANINGS: Mapping[State, str] = MappingProxyType({
+SHORT = (
+    "clean", "blocked", "clutter-depth", "clutter-translation", "edges", "apparent", "background-alone",
+)  # fmt: skip
+"""The off-line experiments without grids of long clips."""
+
+
+READ_OFF = ("background", "constants-2017", "constants-emd")
+"""The studies whose points are clips of an off-line experiment of the same name."""
+
+
+REPLICATES, SENSITIVITY, SENSITIVITY_CLIPS = "replicates", "sensitivity", "sensitivity-clips"
+"""Folders of the trials other than replicate 0's."""
+
+
+COUNTED = (*READ_OFF, SENSITIVITY, SENSITIVITY_CLIPS, ONBOARD.name)
+"""The studies whose counts the report has, each in ``NAME.json``, as far as they are run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """The scale of a reproduction: how much of each part is run.
+
+    Parameters
+    ----------
+    replicates
+        Replicates of the experiments with the robot, 1 or more. Replicate r has the seed of the run plus r.
+    repeats
+        Trials of each condition in a replicate. Fewer than a claim's ``least`` leave it unjudged.
+    moves
+        Whether to run one replicate with each thing moved that the studies of sensitivity name, and clips so too.
+    offline_replicates
+        Replicates of the off-line experiments in which anything is random; the others have one.
+    episodes
+        Episodes of each behaviour.
+    steps
+        Frames of an episode at most; otherwise the env's own number.
+    offline
+        The off-line experiments to run.
+    onboard
+        Whether the network in the robot's own arithmetic watches the other replicates too.
+    """
+
+    replicates: int
+    repeats: int
+    moves: bool
+    offline_replicates: int
+    episodes: int
+    steps: int | None = None
+    offline: tuple[str, ...] = OFFLINE
+    onboard: bool = False
+
+
+QUICK = Scale(2, EACH_TRIAL, moves=False, offline_replicates=1, episodes=1, steps=150, offline=SHORT)
+
+
+USUAL = Scale(5, WHOLE, moves=True, offline_replicates=5, episodes=20, steps=900)
+
+
+FULL = Scale(40, WHOLE, moves=True, offline_replicates=LEAST_JUDGED, episodes=60, onboard=True)
+
+
+SCALES: Mapping[str, Scale] = {"quick": QUICK, "usual": USUAL, "full": FULL}
+
+
+MEANINGS: Mapping[State, str] = {
     "holds": f"it holds in at least {HOLDS_FROM:.0%} of replicates, by the exact 95 % interval; or nothing is random",
     "sometimes": "it holds in some replicates, and neither in most nor in few by that interval",
     "fails": f"it holds in at most {FAILS_TO:.0%} of replicates, by the exact 95 % interval; or nothing is random",
     "counted": f"it held in k of n replicates: the sign tells all, some or none; below {LEAST_JUDGED} there is no word",
     "unjudged": "not judged in any replicate, with the reason",
-})  # fmt: skip
+}  # fmt: skip
 """State -> what it means."""
-PHRASES: Mapping[State, tuple[str, str]] = MappingProxyType({
+PHRASES: Mapping[State, tuple[str, str]] = {
     "holds": ("holds", "hold"), "sometimes": ("holds in some", "hold in some"), "fails": ("fails", "fail"),
     "unjudged": ("is not judged", "are not judged"),
-})  # fmt: skip
+}  # fmt: skip
 """State -> a phrase about one claim, and about several."""
 
 NO_CAUSE = "The cause is not known: it held when the defaults were chosen."
@@ -56,7 +127,7 @@ MOST_FAILURES = 5
 
 def write(folder: Path) -> Path:
     """Write ``report.html`` and the robot's panels into the folder of a reproduction; return the page's path."""
-    design = json.loads((folder / "design.json").read_text(encoding="utf-8"))  # of the last reproduction there alone
+    design = read_json(folder / "design.json")  # of the last reproduction there alone
     there = {run.folder.name: run for run in load(folder).parts}
     runs = [there[name] for name in design["parts"] if name in there]
     if trials := {run.folder.name: whole_networks(run) for run in runs if run.done and run.folder.name in PAPER}:
@@ -67,12 +138,10 @@ def write(folder: Path) -> Path:
 
 def report(folder: Path, design: Mapping[str, Any], runs: Sequence[Run]) -> str:
     """Return the page of a reproduction, its ``design.json`` and parts: HTML that needs nothing from outside."""
-    pooled, readings, claims, own = (
-        json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
-        for name in ("pooled", "readings", "claims", "behaviours")
-    )
-    verdicts = stored.verdicts(claims)
-    rows = [_row(claim, pooled, readings) for claim in (*verdicts, *stored.verdicts(own))]
+    names = ("pooled", "readings", "claims", "behaviours")
+    pooled, readings, claims, own = (read_json(folder / f"{name}.json") for name in names)
+    verdicts = stored_verdicts(claims)
+    rows = [_row(claim, pooled, readings) for claim in (*verdicts, *stored_verdicts(own))]
     sections = group(_sections(folder, design["parts"], runs), "chapter")
     drawn = {mark: name for run in runs for name, marks in run.description.get(RENDERERS, {}).items() for mark in marks}
     return render(
@@ -149,7 +218,7 @@ def _sections(folder: Path, names: Sequence[str], runs: Sequence[Run]) -> Iterat
     parts = [(chapter, run.folder.name, style.sentence(run.words), run.folder / "figure.svg")
              for chapter in CHAPTERS for run in runs if run.chapter == chapter]  # fmt: skip
     for path in (folder / f"{name}.json" for name in COUNTED if name in names):
-        study = json.loads(path.read_text(encoding="utf-8"))
+        study = read_json(path)
         repeats = f" of {study['repeats'][0]} repeats" if study["repeats"][0] else ""
         text = f"{study['summary']}: {study['replicates']} replicates{repeats}, from seed {study['seed']}."
         parts.append(("What the claims survive", path.stem, text, path.with_suffix(".svg")))

@@ -3,62 +3,60 @@
 The claims of the models' own papers are judged here too, on clips of their own.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.figure import Figure
 
 from colias_sim.envs import ENVS
 from experiments.base.console import error_console, out_console, show_files, show_places
 from experiments.base.errors import UsageError
-from experiments.base.files import Files, plain
+from experiments.base.files import Files, plain, read_json
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.declare.claim import PAPER, Claim, claim_ids, texts
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.outcome import Outcome
 from experiments.declare.study import Study
+from experiments.draw import robot, style, sweep as report
 from experiments.draw.terminal import show_verdicts
-from experiments.judge import motion, stored
-from experiments.judge.count import count
-from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE
-from experiments.judge.judge import judge as judge_rows
+from experiments.judge import motion
+from experiments.judge.judge import PATH_TOLERANCE_MM, SPEED_TOLERANCE, judge as judge_rows
 from experiments.judge.replicates import EVERY_MODEL, MODEL, Replicate, judged, places_of, replicate
 from experiments.judge.scores import LEAST_SEEDS
 from experiments.judge.sweep import Sweep, read
-from experiments.judge.verdict import Verdict, verdict_of
-from experiments.kinds import clips as offline
-from experiments.kinds import episodes, registry, sweep, sweep_plan
-from experiments.kinds import trials as robot_run
-from experiments.kinds.kind import Kind
-from experiments.kinds.registry import asked_models, claims_on, find_claim, shipped_study
-from experiments.kinds.result import Run, load, whole_networks
+from experiments.judge.verdict import (
+    Verdict,
+    count,
+    document,
+    plain as as_json,
+    verdict_of,
+    verdicts as stored_verdicts,
+)
+from experiments.kinds import clips as offline, episodes, registry, sweep, sweep_plan, trials as robot_run
+from experiments.kinds.result import Kind, Run, load, whole_networks
 from experiments.kinds.tables import OFFLINE, kind_of
-from experiments.paper.claims import footage, model_clips
+from experiments.paper import page
+from experiments.paper.claims import footage
 from experiments.paper.claims.clips import LEAST_GREYS, with_model
-from experiments.paper.claims.models import model_claims
+from experiments.paper.claims.models import CLIPS, model_claims
 from experiments.paper.claims.readings import DELAYS, READINGS, UNITS, WINDOW, bears_on
 from experiments.paper.claims.robot import FALLING, ROBOT_SPEEDS
 from experiments.paper.clips import PER_FRAME, prefix
-from experiments.paper.scale import READ_OFF, REPLICATES, SCALES, SENSITIVITY, SENSITIVITY_CLIPS, Scale
+from experiments.paper.page import READ_OFF, REPLICATES, SCALES, SENSITIVITY, SENSITIVITY_CLIPS, Scale
 from experiments.paper.studies.clips import SENSITIVITY as SENSITIVE_ON_CLIPS
-from experiments.paper.studies.onboard import BEST, probe_of
-from experiments.paper.studies.onboard import STUDY as ONBOARD
-from experiments.paper.studies.robot import DEFAULTS
-from experiments.paper.studies.robot import SENSITIVITY as SENSITIVE
+from experiments.paper.studies.onboard import BEST, STUDY as ONBOARD, probe_of
+from experiments.paper.studies.robot import DEFAULTS, SENSITIVITY as SENSITIVE
 from experiments.show.episodes import short_name
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.description import THRESHOLDS, begin_whole
+from experiments.store.folder import THRESHOLDS, begin_whole
 from experiments.store.plan import Plan, filled
 from experiments.store.workers import Workers
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PLAYERS: Mapping[str, tuple[str, ...]] = {
     AVOIDANCE: ("hybrid", "lgmd", "lgmd-hybrid", "straight"),
@@ -154,7 +152,7 @@ def _models(experiment: str, labels: Sequence[str]) -> tuple[str, ...]:
     declared = registry.load(experiment)
     if len(declared.models) > 1 or experiment in SHOWN:
         return declared.models
-    return tuple(dict.fromkeys([*declared.models, *labels, *asked_models(declared)]))
+    return tuple(dict.fromkeys([*declared.models, *labels, *registry.asked_models(declared)]))
 
 
 def replicates_plan(
@@ -171,7 +169,7 @@ def replicates_plan(
     """
     models = {
         name: [
-            *asked_models(declared),
+            *registry.asked_models(declared),
             *((BEST,) if onboard and len(declared.models) == 1 else ()),  # others compare moves of the network
         ]
         for name in registry.paper_experiments()
@@ -198,8 +196,8 @@ def design(planned: Plan[Any]) -> dict[str, Any]:
         "runs": [{name: value for name, value in run.items() if name not in computes} for run in runs],
         "studies": [(swept.study.name, swept.specs) for swept in studies],
         "claims": {claim: (texts()[claim]["says"], texts()[claim]["source"]) for claim in claim_ids(PAPER)},
-        "least": [{claim.id: claim.least for claim in claims_on("robot").values()},
-                  {claim.id: claim.conditions for claim in claims_on("clips").values()},
+        "least": [{claim.id: claim.least for claim in registry.claims_on("robot").values()},
+                  {claim.id: claim.conditions for claim in registry.claims_on("clips").values()},
                   LEAST_GREYS, motion.LEAST_SECONDS, LEAST_SEEDS],
         "bounds": [SPEED_TOLERANCE, PATH_TOLERANCE_MM],
     }  # fmt: skip
@@ -215,8 +213,6 @@ def work(planned: Plan[Any], folder: Path, pool: Workers) -> None:
 
     The verdicts on the paper's claims are in ``claims.json``, ours about behaviours in ``behaviours.json``.
     """
-    from experiments.paper import page  # not before: workers do without matplotlib
-
     if not pool.quiet:
         error_console.print(f"{pool.where()}, into {folder}")
     begin_whole(folder, planned.document())
@@ -232,9 +228,6 @@ def work(planned: Plan[Any], folder: Path, pool: Workers) -> None:
 
 def conclude(planned: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None:
     """Judge every claim on the runs in a folder, and write the verdicts and the figures of studies there."""
-    from experiments.draw import style  # not before: workers do without matplotlib
-    from experiments.draw import sweep as report
-
     scale, plans = planned.declared, planned.parts
     runs = {name: load(folder / name) for name in plans if name not in counts}
     shows = [(plans[name], whole_networks(run)) for name, run in runs.items() if name in OFFLINE]
@@ -251,9 +244,9 @@ def conclude(planned: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None
         "seed": planned.asked.seed, "scale": dataclasses.asdict(scale), **design(planned),
         "parts": list(dict.fromkeys([*plans, *(counted.study.name for counted in studies)])),
     })  # fmt: skip
-    files.write_json("claims.json", stored.document(verdicts(every, shows)))
-    files.write_json("behaviours.json", stored.document(own))
-    files.write_json("pooled.json", {claim: stored.plain(outcome) for claim, outcome in pooled(every).items()})
+    files.write_json("claims.json", document(verdicts(every, shows)))
+    files.write_json("behaviours.json", document(own))
+    files.write_json("pooled.json", {claim: as_json(outcome) for claim, outcome in pooled(every).items()})
     files.write_json("readings.json", list(other_readings(every, shows, list(counts.values()))))
     for counted in studies:
         described = counted.described()
@@ -266,8 +259,6 @@ def conclude(planned: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None
 
 def draw(run: Run) -> Figure:
     """Draw the panels of the robot's experiments, from the folder alone."""
-    from experiments.draw import robot  # not before: matplotlib takes its time to load
-
     return robot.panels(
         {part.name: whole_networks(part) for part in run.parts if part.done and part.name in robot.PAPER}
     )
@@ -275,11 +266,11 @@ def draw(run: Run) -> Figure:
 
 def show(run: Run) -> None:
     """Print how many claims hold, the verdicts on the paper's and on ours, and where the page is."""
-    from experiments.paper.page import totals  # not before: workers do without matplotlib
-
-    own = json.loads((run.folder / "behaviours.json").read_text(encoding="utf-8"))
-    out_console.print("; ".join(text.partition(":")[0] for text in totals((one.id, one.count) for one in run.verdicts)))
-    show_verdicts([*run.verdicts, *stored.verdicts(own)])
+    own = read_json(run.folder / "behaviours.json")
+    ours, found = stored_verdicts(own), page.totals((one.id, one.count) for one in run.verdicts)
+    besides = f"besides, {len(ours)} claims of our own: {', '.join(one.id for one in ours)}"
+    out_console.print("; ".join([*(text.partition(":")[0] for text in found), besides]))
+    show_verdicts([*run.verdicts, *ours])
     show_files(run.folder, "reproduction")
     show_places({"page": run.folder / "report.html"})
 
@@ -289,7 +280,7 @@ def _read_off(shows: Sequence[Shown]) -> Iterator[Sweep]:
     for part, shown in shows:
         if part.name in READ_OFF:
             repeats = len({trial.repeat for trial in part.trials})
-            study = dataclasses.replace(shipped_study(part.name), replicates=repeats)
+            study = dataclasses.replace(registry.shipped_study(part.name), replicates=repeats)
             yield read(sweep_plan.sweep_of(study, part.asked.seed), shown)
             yield read(sweep.plan(Asked(kind="sweep", declared=study, seed=part.asked.seed)).declared, shown)
 
@@ -329,25 +320,27 @@ def _verdict(claim: str, every: Sequence[Replicate], clips: Verdict | None) -> V
     if clips is not None and place:  # the clips at their first seed are a part of each replicate with the robot
         parts = [{"clips": clips.outcome, "the robot": judge(claim, part)} for part in every]
         experiment = f"{clips.experiment}, {place}"
-        return verdict_of(find_claim(claim, "robot"), list(map(Outcome.together, parts)), experiment=experiment)
+        return verdict_of(
+            registry.find_claim(claim, "robot"), list(map(Outcome.together, parts)), experiment=experiment
+        )
     if clips is not None:
         return clips
     if not _about_the_robot(claim):
-        on = next(on for on in NEEDS if claim in claims_on(on))
-        return verdict_of(find_claim(claim, on), [Outcome.unjudged(NEEDS[on])])
-    asked = find_claim(claim, "robot")
+        on = next(on for on in NEEDS if claim in registry.claims_on(on))
+        return verdict_of(registry.find_claim(claim, on), [Outcome.unjudged(NEEDS[on])])
+    asked = registry.find_claim(claim, "robot")
     places = places_of(asked, place, {row["experiment"] for part in every for row in part.rows})
     return verdict_of(asked, [judge(claim, part) for part in every], experiment=", ".join(places))
 
 
 def _about_the_robot(claim: str) -> bool:
     """Return whether trials with the robot alone answer for a claim."""
-    return claim in registry.answering() and claim not in claims_on("clips") and claim != footage.CLAIM
+    return claim in registry.answering() and claim not in registry.claims_on("clips") and claim != footage.CLAIM
 
 
 def judge(claim: str, trials: Replicate) -> Outcome:
     """Judge a claim in one replicate: for the DSNN, for the models it compares, or for each looming detector."""
-    return judged(find_claim(claim, "robot"), trials, registry.answering()[claim])
+    return judged(registry.find_claim(claim, "robot"), trials, registry.answering()[claim])
 
 
 def pooled(every: Sequence[Replicate]) -> dict[str, Outcome]:
@@ -401,7 +394,7 @@ def _with_falling_delays(claim: str, trials: Replicate) -> Outcome:
     """Judge a claim on the variant of ensembles whose delays fall with spacing, at the paper's speeds."""
     rows = [row for row in trials.of(FALLING) if row["experiment"] == "ensembles"]
     rows = [row for row in rows if row["speed_cm_s"] in ROBOT_SPEEDS]
-    outcome = judge_rows(find_claim(claim, "robot"), rows, trials.threshold(FALLING))
+    outcome = judge_rows(registry.find_claim(claim, "robot"), rows, trials.threshold(FALLING))
     lost = trials.lost.get(("ensembles", FALLING), 0)
     return outcome.withheld(f"{lost} trial{'s' * (lost != 1)} failed") if lost else outcome
 
@@ -414,7 +407,7 @@ def _by_frame(claim: str, shows: Sequence[Shown]) -> list[Outcome]:
         own = [row for row in shown if row["clip"].startswith(begins)]
         for repeat in sorted({row["repeat"] for row in own}):
             of_seed = [row for row in own if row["repeat"] == repeat]
-            about = find_claim(claim, "clips")
+            about = registry.find_claim(claim, "clips")
             outcomes.append(judge_rows(about, of_seed, part.thresholds[about.spiking], shown))
     return outcomes
 
@@ -468,13 +461,13 @@ def judge_models(
     wanted = claims_of(models)
     labels = tuple(dict.fromkeys(label for claim, _ in wanted for label in sorted(claim.models)))
     names = dict.fromkeys(name for claim, _ in wanted for name in claim.conditions.get("clip", ()))
-    differ = {name for name in names if model_clips.CLIPS[name].is_random}
+    differ = {name for name in names if CLIPS[name].is_random}
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     thresholds: dict[str, float | None] = {}
     with pool.running():
         for name, repeats in (("even", 1), ("gratings", SEEDS)):
-            clips = tuple(model_clips.CLIPS[clip] for clip in names if (clip in differ) == (repeats > 1))
+            clips = tuple(CLIPS[clip] for clip in names if (clip in differ) == (repeats > 1))
             if clips:
                 shown = OfflineExperiment(name, "clips of claims", clips, labels, repeats=repeats, recorded=False)
                 options = {"frames": False, "recordings": False}
@@ -494,7 +487,7 @@ def judge_models(
             else:  # no clip tests it, and its judge says why
                 outcomes.append(claim.judge([], 0.0))
         found.append(verdict_of(claim, outcomes, random=random, model=model, experiment="clips"))
-    Files(folder).write_json("model_claims.json", stored.document(found))
+    Files(folder).write_json("model_claims.json", document(found))
     return found, failures
 
 

@@ -14,8 +14,8 @@ from colias_sim.envs.geometry import random_poses
 from colias_sim.envs.swarm import Body, Drive
 from dsnn import Response
 from experiments.declare.behaviour import Wheels
-from experiments.declare.checks import Check
 from experiments.declare.claim import Claim
+from experiments.declare.outcome import Check
 from experiments.declare.scenario import BLIND, Scenario, SwarmDesign
 from experiments.paper.behaviours import ProportionalIntegral, turn
 

@@ -1,7 +1,5 @@
 """Measure a camera from folders of its frames: settings of the simulated eye, and what is doubtful about them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -48,11 +46,7 @@ def measure(folder: Path, fps: float, gain: float) -> Measured:
     """
     settings: dict[str, object] = {}
     notes: list[str] = []
-    kinds = {
-        "still": lambda films: _noise(films, gain),
-        "edge": lambda films: _row_time(films, fps),
-        "loop": _exposure,
-    }
+    kinds = {"still": lambda films: _noise(films, gain), "edge": lambda films: _row_time(films, fps), "loop": _exposure}
     for kind, measured in kinds.items():
         films = [read_frames(path) for path in sorted(folder.glob(f"{kind}*"))]
         with as_usage_error(f"{folder}, {kind}*: "):

@@ -1,8 +1,12 @@
-"""The chip's program: built, measured in the emulator, and compared there with the network on this computer."""
+"""The chip's program: built, measured in the emulator, and compared there with the network on this computer.
 
-from __future__ import annotations
+A cross compiler builds it, and QEMU runs what that has built. What a board sends on its serial line becomes a log:
+``dsnn/native/firmware/record.h`` has the form of its records, ``measure_main.c`` the list of them.
+"""
 
+import binascii
 import re
+import struct
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,8 +28,95 @@ from dsnn.onboard.model import OnboardDSNN
 from dsnn.onboard.params import OnboardParams
 from experiments.base.errors import UsageError, as_usage_error
 from experiments.base.streams import stream
-from experiments.robot.qemu import COMPILER, Q15, SIZE, Emulator
+from experiments.robot.logs import ROBOT, SIMULATION
 from experiments.settings.settings import in_sections
+
+GCC, SIZE, QEMU = "arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm"
+# Freestanding: there is no C library. Even so memcpy of a few bytes is an instruction, by the compiler's own knowledge
+# of it (-fbuiltin); what is longer calls memory.c.
+COMPILER = (
+    GCC, "-O3", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffreestanding", "-fbuiltin", "-fno-common",
+    "-ffunction-sections", "-fdata-sections", "-fno-unwind-tables", "-fno-asynchronous-unwind-tables", "-nostdlib",
+    "-Wl,--gc-sections", "-mthumb", "-mfloat-abi=soft", "-mcpu=cortex-m4", "-fno-tree-loop-distribute-patterns",
+    "-nostartfiles",
+)  # fmt: skip
+"""Command of the C compiler for the chip."""
+
+SHIFT = 8
+"""``-icount shift=``: an instruction lasts 2^8 ns of the board's time. It changes no count, only how finely the board's
+25 MHz timer tells them: at 0 in steps of 40 instructions, at 8 one by one, 6.4 ticks each."""
+TICKS_AN_INSTRUCTION = 2**SHIFT / 40.0
+_HELLO, _FRAME, _RESET, _STACK = (struct.pack("<I", word) for word in (1, 2, 3, 4))
+Q15 = 32768.0
+"""A potential of 1 in the chip's answers."""
+STAGES = 12
+KNOWN, KNOWN_ERROR = 4097, 4
+"""Instructions of the test program's known loop, with the one that loads its number, and how far a count may be off."""
+
+
+class Emulator:
+    """The test program in QEMU. It ends with ``close``, or when this process ends, as its input ends then.
+
+    Parameters
+    ----------
+    elf
+        The linked program.
+
+    Raises
+    ------
+    UsageError
+        This QEMU does not count instructions one by one.
+    """
+
+    def __init__(self, elf: Path) -> None:
+        command = [
+            QEMU, "-M", "mps2-an386", "-nodefaults", "-display", "none", "-serial", "none", "-monitor", "none",
+            "-icount", f"shift={SHIFT},sleep=off", "-semihosting-config", "enable=on,target=native",
+            "-kernel", str(elf),
+        ]  # fmt: skip
+        pipe = subprocess.PIPE
+        self._process: Any = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe)
+        *_, self._cost, known = self._ask(_HELLO, "<7I")
+        counted = (known - self._cost) / TICKS_AN_INSTRUCTION
+        if abs(counted - KNOWN) > KNOWN_ERROR:
+            self.close()
+            raise UsageError(f"this {QEMU} counts {counted:.0f} instructions of {KNOWN}: no count can be had of it")
+
+    def step(self, frame: npt.NDArray[np.uint8]) -> tuple[list[int], npt.NDArray[np.float64]]:
+        """Show the next frame, (R, C).
+
+        Returns
+        -------
+        list of int
+            hs and vs in Q15, and their spikes.
+        ndarray
+            Instructions of each stage, (STAGES,), the cost of counting taken off; 0 where a stage did not run.
+        """
+        numbers = self._ask(_FRAME + frame.tobytes(), f"<4i{2 * STAGES}I")
+        ticks, calls = np.array(numbers[4:], np.float64).reshape(2, STAGES)
+        return list(numbers[:4]), np.maximum((ticks - self._cost * calls) / TICKS_AN_INSTRUCTION, 0.0)
+
+    def reset(self) -> None:
+        """Return to the state before the first frame."""
+        self._ask(_RESET, "<I")
+
+    def stack_bytes(self) -> int:
+        """Return the bytes of the stack used so far: its high-water mark, by a painted pattern."""
+        return self._ask(_STACK, "<I")[0]
+
+    def close(self) -> None:
+        """End the program and its process."""
+        self._process.kill()
+        self._process.communicate()
+
+    def _ask(self, message: bytes, form: str) -> tuple[int, ...]:
+        self._process.stdin.write(message)
+        self._process.stdin.flush()
+        answer = self._process.stdout.read(struct.calcsize(form))
+        if len(answer) < struct.calcsize(form):
+            raise RuntimeError(f"{QEMU} has ended: {self._process.stderr.read().decode(errors='replace')}")
+        return struct.unpack(form, answer)
+
 
 NATIVE = Path(dsnn.native.__file__).parent
 CHIP_SIDE = NATIVE / "firmware"
@@ -49,7 +140,7 @@ Frames = npt.NDArray[np.uint8]
 
 
 MODEL, CHIP = "dsnn-onboard", "chip"
-RAM = ("states", "tables", "ring", "stack")
+RAM = ("states", "tables", "ring", "variables", "stack")
 """Parts of a budget's RAM."""
 CYCLES = 1.3, 1.6
 """Fewest and most cycles of an instruction: an assumption, until a board has measured them."""
@@ -241,6 +332,7 @@ def measure(program: Program, length: int = COUNTED) -> dict[str, Any]:
     return {
         "n_con": network.n_con, "d": network.d, "state_bits": network.state_bits, "lamina_bits": network.lamina_bits,
         "states": sizes[".states"] + sizes[".second"], "tables": sizes.get(".tables", 0), "ring": sizes[".ring"],
+        "variables": sizes.get(".data", 0) + sizes.get(".bss", 0),
         "stack": sizes[".stack"], "stack_used": used, "left": sum(regions.values()), "over": over, "flash": flash,
         "memory": f"lacks {', '.join(short)}" if short else "fits", **worst, "ms_least": least, "ms_most": most,
     }  # fmt: skip
@@ -286,3 +378,70 @@ def check(program: Program, length: int = COMPARED) -> pl.DataFrame:
     shown = clips(chip.shape, length)
     with emulated(program) as (running, _):
         return compare(program, running, [*shown.items(), ("noise again", shown["noise"])])
+
+
+NONE = "-"
+"""What stands where a board cannot tell."""
+BOARD = ("version", "board", "columns", "rows", "trials", "frames", "frame_us", "clock_hz", "flash_waits", "counter")
+FRAME = ("trial", "frame", "hs", "vs", "hs_spikes", "vs_spikes", "cycles")
+FIELDS = {"board": BOARD, "frame": FRAME, "stack": ("bytes",), "end": ("sent",)}
+"""Record -> its fields."""
+KINDS = {**dict.fromkeys(("board", "counter"), str), **dict.fromkeys(("clock_hz", "flash_waits", "cycles"), int | None)}
+"""Field -> what it is; the others are whole numbers."""
+_WHOLE = re.compile(r"-?\d{1,10}")
+_SERIAL = re.compile(rb"\$([a-z0-9,-]*)\*([0-9A-F]{4})\r?")
+
+
+def crc(content: bytes) -> int:
+    """CRC-16 of a record's content: polynomial 0x1021, from 0xFFFF."""
+    return binascii.crc_hqx(content, 0xFFFF)
+
+
+def decode(data: bytes) -> tuple[pl.DataFrame, Mapping[str, Any], int]:
+    """Decode a capture of the serial line. A line that is damaged, or of another firmware, is skipped.
+
+    Parameters
+    ----------
+    data
+        The bytes as they came. Where the program ran several times, as after a reset of the board, a frame counts as it
+        was sent last; where another program ran, the frames before it are dropped.
+
+    Returns
+    -------
+    polars.DataFrame
+        A row per frame: potentials in Q15, spikes, and cycles, null where none were counted.
+    dict
+        Fields of the records ``board`` and ``stack``; empty where these are lost.
+    int
+        Number of lines that were skipped.
+    """
+    frames, board, skipped = [], dict[str, Any](), 0
+    for line in filter(bytes.strip, data.split(b"\n")):
+        match = _SERIAL.fullmatch(line)
+        kind, *texts = match[1].decode().split(",") if match else [""]
+        values = [None if text == NONE else int(text) if _WHOLE.fullmatch(text) else text for text in texts]
+        record = dict(zip(names := FIELDS.get(kind, ()), values, strict=False))
+        ours = 0 < len(names) == len(values) and all(isinstance(record[name], KINDS.get(name, int)) for name in names)
+        if match is None or int(match[2], 16) != crc(match[1]) or not ours:
+            skipped += 1
+        elif kind == "frame":
+            frames.append(record)
+        elif kind != "end":
+            if kind == "board" and any(board.get(name, value) != value for name, value in record.items()):
+                frames, board = [], {}  # another program was flashed meanwhile
+            board |= record
+    table = pl.DataFrame(frames, dict.fromkeys(FRAME, pl.Int64))
+    return table.unique(["trial", "frame"], keep="last").sort("trial", "frame"), board, skipped
+
+
+def log_of(frames: pl.DataFrame, board: Mapping[str, Any]) -> pl.DataFrame:
+    """Return the frames as a log that ``colias import`` reads: the robot's where a board says so that is no emulator.
+
+    Where the board's record is lost, frames came 30 a second.
+    """
+    origin = SIMULATION if board.get("board", "qemu-").startswith("qemu-") else ROBOT
+    time_s = (pl.col("frame") + 1) * board.get("frame_us", 33_333) / 1e6
+    return frames.select(
+        "trial", model=pl.lit(MODEL), origin=pl.lit(origin), time_s=time_s.round(6),
+        hs=pl.col("hs") / Q15, hs_spikes="hs_spikes", vs=pl.col("vs") / Q15, vs_spikes="vs_spikes",
+    )  # fmt: skip

@@ -1,7 +1,5 @@
 """A trial of a robot's log: the source of its frames, measured by their times, and its recording."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence

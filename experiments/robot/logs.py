@@ -3,8 +3,6 @@
 A log is a CSV with a row per frame and model. docs/how-to/real-robot.md documents its columns.
 """
 
-from __future__ import annotations
-
 import codecs
 import dataclasses
 from collections.abc import Mapping
@@ -23,8 +21,11 @@ from experiments.show.trial_rows import FRAME_SCHEMA, TRIAL_SCHEMA
 
 LOG, FRAMES = "log.csv", "frames"
 TIME, LINE = "time_s", "line"
-CHANNELS: Mapping[str, str] = {"hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes", "azimuth": ""}
-"""Channel -> its column of spikes; the azimuth has none."""
+CHANNELS: Mapping[str, str] = {
+    "hs": "hs_spikes", "vs": "vs_spikes", "looming": "looming_spikes",
+    **dict.fromkeys(("azimuth", "target", "elevation", "target_direction"), ""),
+}  # fmt: skip
+"""Channel -> its column of spikes; positions and the strength of a target have none."""
 RESPONSES = tuple(name for pair in CHANNELS.items() for name in pair if name)
 POSES = tuple(f"{robot}_{name}" for robot in ("stimulus", "observer") for name in ("x_cm", "y_cm", "heading_deg"))
 """Columns that a tracker over the arena may add: all of them or none."""
@@ -33,7 +34,7 @@ SCHEMA = pl.Schema(
     {name: _TYPES[name] for name in ("trial", "model", "origin", *CONDITION_COLUMNS, TIME, *RESPONSES, *POSES)}
 )
 """Columns of a log."""
-RANGES = {"hs": (-1, 1), "vs": (-1, 1), "azimuth": (-1, 1), "looming": (0, 1), "looming_spikes": (0, 1e6)}
+RANGES = {**dict.fromkeys(("hs", "vs", "azimuth", "elevation"), (-1, 1)), "looming": (0, 1), "looming_spikes": (0, 1e6)}
 """Column -> its least and its largest value; of the others a million."""
 OTHER_TABLES = {b"PK\x03": "a workbook", b"\0": "no UTF-8", b";": "semicolons", b"\t": "tabs", b"|": "bars"}
 """What the first line of another table than a log has -> its name."""
@@ -143,8 +144,8 @@ def condition_of(path: Path, row: Mapping[str, Any], experiment: Experiment) -> 
     if len(fitting) != 1:
         text = ", ".join(f"{name}={value}" for name, value in given.items()) or "no column of a condition"
         legal = "; ".join(one.label() for one in conditions)
-        raise UsageError(f"{path}, line {row[LINE]}: {text} must be one condition of {experiment.name} (--set"
-                         f" experiment.NAME=VALUE changes them): {legal}")  # fmt: skip
+        known = f"one condition of {experiment.name}, as --set experiment.NAME=VALUE has it: {legal}"
+        raise UsageError(f"{path}, line {row[LINE]}: {text} must be {known}")
     return fitting[0]
 
 

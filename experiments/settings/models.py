@@ -43,7 +43,7 @@ class ConfiguredModel:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The channels it declares: any of ``hs``, ``vs``, ``looming``, ``azimuth``."""
+        """The channels it declares: of `dsnn.CHANNELS`."""
         return self.declared.channels
 
     @property
@@ -88,6 +88,15 @@ EYE, CONTROL = "@", "~"
 CONTROLS = ("frozen", "absent", "mirrored", "reversed", "shuffled")
 """How a model is shown a trial again: its first frame throughout; without what moves by itself; as in a mirror; last
 frame first; in a drawn order."""
+
+
+OF_CONTROL = f"{CONTROL}({'|'.join(CONTROLS)})$"
+"""The end of a label that is a control's."""
+
+
+def without_control(label: str) -> str:
+    """Return the label of the model that a control is of; any other label as it is."""
+    return re.sub(OF_CONTROL, "", label)
 
 
 class Label(NamedTuple):
@@ -157,8 +166,7 @@ def load_model(source: str) -> ModelEntry:
     if not is_file(source):
         with as_usage_error(f"--model {source}: ", ", or a .py file"):
             return model_entry(source)
-    entry: ModelEntry = declared(Path(source), "MODEL", ModelEntry)
-    return entry
+    return declared(Path(source), "MODEL", ModelEntry)
 
 
 def choose(

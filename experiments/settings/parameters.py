@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from experiments.settings.models import CONTROL, EVERY_FRAME, ConfiguredModel, families, parse_label
+from experiments.settings.models import EVERY_FRAME, ConfiguredModel, families, without_control
 
 if TYPE_CHECKING:
     import polars as pl
@@ -95,8 +95,7 @@ def with_columns(schema: pl.Schema, parameters: Parameters) -> pl.Schema:
 
 def of_model(parameters: Parameters, model: str) -> dict[str, Any]:
     """Return what a row of ``model`` has in those columns: that of a control what its model has."""
-    shown = model.removesuffix(f"{CONTROL}{parse_label(model).control}")
-    return {key: values.get(shown) for key, values in parameters.items()}
+    return {key: values.get(without_control(model)) for key, values in parameters.items()}
 
 
 def in_words(parameters: Mapping[str, Mapping[str, Any]]) -> str:

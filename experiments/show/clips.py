@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from experiments.show.record import Frames
 
 BOX = ("left_px", "top_px", "width_px", "height_px")
+NEAR_PX = 5.0
+"""Distance from a target's outline up to which a response is on it, as the papers of small-target models count."""
 BOX_COLOUR = (214, 39, 40)
 
 
@@ -50,6 +52,8 @@ TRIALS = pl.Schema(
         **PEAKS,
         "hs_rightward": float,  # the highest HS of the frames in which the truth says rightward
         "hs_leftward": float,  # the lowest HS of those in which it says leftward
+        "peak_target": float,  # strongest response to a small target
+        "on_target": float,  # share of the frames with an object in which that response is within 5 px of its outline
         "hs_against": float,  # distance that HS goes against the truth's direction in either, 0 if it never does
         "frames": int,
         "wall_s": float,  # time that the clip took to show
@@ -133,9 +137,13 @@ class ClipSource:
         return len(self.stimulus)
 
     def __iter__(self) -> Iterator[Sample]:
+        before: list[Mapping[str, Any]] = []
         for index, frame in enumerate(self.stimulus):
             truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
-            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in ("motion", *BOX, *more)})
+            before.append(truth)
+            since = {every: _summed(before[-every:], every) for every in range(2, 7)} if self._truth else {}
+            shown = {name: truth[name] for name in ("motion", *BOX, *more)}
+            yield Sample(index / self.fps, frame.luma, shown, since=since)
 
     @contextmanager
     def absent(self) -> Iterator[ClipSource]:
@@ -178,7 +186,30 @@ class ClipSource:
             "hs_rightward": float(right.max()) if right.size else None,
             "hs_leftward": float(left.min()) if left.size else None,
             "hs_against": max(float(against.max()), 0.0) if against.size else None,
+            **(self._of_target(frames) if "target" in model.channels else {"peak_target": None, "on_target": None}),
         }
+
+    def _of_target(self, frames: pl.DataFrame) -> dict[str, float | None]:
+        """Measure how strong the responses to a small target are, and how many are at the object."""
+        shown = frames.drop_nulls(BOX[0])
+        off = np.zeros(shown.height)
+        for (start, size), channel, length in zip((BOX[::2], BOX[1::2]), ("azimuth", "elevation"), self.shape[::-1],
+                                                  strict=True):  # fmt: skip
+            at, first, extent = (shown[name].to_numpy() for name in (channel, start, size))
+            place = (at + 1.0) / 2.0 * length
+            off = np.hypot(off, np.maximum(np.maximum(first - place, place - first - extent), 0.0))
+        near = (off <= NEAR_PX) & (shown["target"].to_numpy() > 0.0)
+        return {
+            "peak_target": float(frames["target"].to_numpy().max()),
+            "on_target": float(near.mean()) if near.size else None,
+        }
+
+
+def _summed(frames: Sequence[Mapping[str, Any]], every: int) -> dict[str, float | None]:
+    """Return flow and interval since the frame that many before: empty where one of them is, or where none was."""
+    whole = len(frames) == every
+    parts = {name: [frame[name] for frame in frames] for name in TRUE if name != "true_time_to_contact_s"}
+    return {name: sum(ones) if whole and None not in ones else None for name, ones in parts.items()}
 
 
 def truth_of(truth: Truth, index: int, fps: float) -> dict[str, Any]:

@@ -7,8 +7,6 @@ more: what moves by itself is taken away, and a background stands still.
 A sample of a control has the time at which its model sees it, and the truth of the frame in the trial that it shows.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -46,7 +44,7 @@ class Replay:
             image = frozen(np.flip(seen.image, axis).copy()) if self._control == "mirrored" else seen.image
             truth = {**seen.truth, **({"time_s": now.time_s} if "time_s" in seen.truth else {})}
             changes = {parse_label(model).controlled(self._control): values for model, values in now.changes.items()}
-            yield Sample(now.time_s, image, truth, changes)
+            yield Sample(now.time_s, image, truth, changes, since=seen.since)
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
         """Measure the responses to what was seen, as the source would."""

@@ -163,10 +163,8 @@ def _seen_from_moving(condition: Condition, settings: Settings, run_up: float, s
             seen_from = _observer(condition, sign * (reach + extra) / speed)
             edge = _view_edge(condition, settings, seen_from, -sign * side)
             if edge is None or edge > 1.0:
-                raise ValueError(
-                    f"the observer's turn of {condition.observer_turn_deg_s:g} degrees/s keeps a stimulus of "
-                    f"{condition.speed_cm_s:g} cm/s in view"
-                )
+                turn = f"the observer's turn of {condition.observer_turn_deg_s:g} degrees/s"
+                raise ValueError(f"{turn} keeps a stimulus of {condition.speed_cm_s:g} cm/s in view")
             if abs(edge - reach) < 1e-6:
                 break
             reach = edge
@@ -284,10 +282,8 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
         _check_wheels(name, schedule, settings.robot)
     begin, end = (0.0, math.inf) if condition.path else measured(stimulus, settings.robot)[0]
     if end - begin < SHORTEST_STEADY_CM / 100:
-        raise ValueError(
-            f"with acceleration_cm_s2={condition.acceleration_cm_s2:g} its line of "
-            f"{100 * stimulus.route.length:.1f} cm is too short to reach that speed"
-        )
+        line = f"its line of {100 * stimulus.route.length:.1f} cm is too short to reach that speed"
+        raise ValueError(f"with acceleration_cm_s2={condition.acceleration_cm_s2:g} {line}")
     moments = [i * EVERY_S for i in range(math.ceil(stimulus.seconds / EVERY_S) + 1)]
     places = {name: [schedule.pose(time) for time in moments] for name, schedule in schedules.items()}
     body_cm = max(ROBOT_RADIUS_CM, settings.scene.shell_width_cm / 2)  # a shell may be wider than the hull
@@ -298,17 +294,12 @@ def _check(condition: Condition, settings: Settings, around: Sequence[Obstacle])
     for name in places:
         reach = float(np.hypot(*at[name].T).max()) + radii[name]
         if reach > settings.scene.wall_cm:
-            raise ValueError(
-                f"the {name} reaches {reach:.0f} cm from the centre; the arena ends at {settings.scene.wall_cm:g}"
-            )
+            raise ValueError(f"the {name} reaches {reach:.0f} cm; the arena ends at {settings.scene.wall_cm:g}")
     half, forward = settings.camera.hfov_deg / 2, settings.camera.forward_cm / 100
     seen = zip(places["observer"], places["stimulus"], strict=True)
     nearest = min(abs(math.degrees(bearing(observer, stimulus, forward))) for observer, stimulus in seen)
     if nearest > half:
-        raise ValueError(
-            f"the stimulus is never in view: it comes no nearer to the optical axis than {nearest:.0f} degrees, and "
-            f"half the view is {half:g}"
-        )
+        raise ValueError(f"the stimulus is never in view: {nearest:.0f} degrees off, and half the view is {half:g}")
     rooms = [
         (one, f"{one} and {other} would touch", np.hypot(*(at[one] - at[other]).T) - radii[one] - radii[other])
         for one, other in combinations(places, 2)
@@ -337,10 +328,8 @@ def _check_wheels(name: str, script: Schedule, robot: RobotConfig) -> None:
             wheels = (speed - turn, speed + turn)
             fastest = 100 * max(map(abs, wheels))
             if fastest > top + 1e-9:
-                raise ValueError(
-                    f"a wheel of the {name} would run at {fastest:.3g} cm/s; it must be at most {top:.4g}: slow it "
-                    "down, or give it wider bends"
-                )
+                wheel = f"a wheel of the {name} would run at {fastest:.3g} cm/s; it must be at most {top:.4g}"
+                raise ValueError(f"{wheel}: slow it down, or give it wider bends")
             powers = motors.powers(*wheels) if motors else wheels
             if any(wheel and abs(power) < least for wheel, power in zip(wheels, powers, strict=True)):
                 raise ValueError(f"a wheel of the {name} would stand: its power {powers} is below {least} of 255")

@@ -1,7 +1,5 @@
 """Episodes of behaviours in envs: played, kept frame by frame, tabulated and recorded."""
 
-from __future__ import annotations
-
 import math
 import os
 import re
@@ -21,6 +19,7 @@ from colias_sim.config import SceneConfig
 from colias_sim.envs import ENVS, NEURAL, State
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.options import FPS
+from colias_sim.envs.senses import Model, Response, build_model
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import CHANNELS, SPIKING
@@ -28,8 +27,9 @@ from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.streams import stream
 from experiments.declare.behaviour import Behaviour, Policy
+from experiments.settings.models import CONTROL
 from experiments.show import record as rerun
-from experiments.show.play import FIELDS, FRAMES, Trial
+from experiments.show.play import FIELDS, FRAMES, NO_IMAGE, Trial
 from experiments.store.tables import JOB, OBSERVER
 
 COLUMNS = {name: ends for env in ENVS.values() for name, ends in env.columns.items()}
@@ -48,6 +48,8 @@ STEPS = FRAMES | pl.Schema(
 )
 """Columns of ``frames.parquet``: a row per frame of an episode; responses are null where nothing is seen."""
 WHEELS = "world/observer/wheels"
+FROZEN = f"{CONTROL}frozen"
+"""End of the name of a behaviour that plays with a `FrozenView`."""
 
 Place = tuple[float, float, float]
 """x and y in cm, heading in degrees."""
@@ -89,7 +91,7 @@ def response(observation: npt.NDArray[np.float32], channels: Sequence[str] = CHA
     values = dict(zip(NEURAL, observation.tolist(), strict=True))
     values |= {name: int(value) for name, value in values.items() if name.endswith("_spikes")}
     spikes = (f"{channel}_spikes" for channel in channels if channel in SPIKING)
-    return SimpleNamespace(maps=None, **{name: values[name] for name in (*channels, *spikes)})
+    return SimpleNamespace(maps=None, **{name: values[name] for name in (*channels, *spikes) if name in values})
 
 
 def wheels(policy: Policy, seen: Any) -> npt.NDArray[np.float32]:
@@ -189,24 +191,49 @@ class Episode:
         ).select(STEPS.names()).cast(STEPS)  # fmt: skip
 
 
+class FrozenView:
+    """A vision model (see `colias_sim.envs.senses.Model`) that is shown its first frame throughout."""
+
+    def __init__(self, model: Model) -> None:
+        self._model, self._first = model, NO_IMAGE
+
+    def step(self, frame: npt.NDArray[np.uint8]) -> Response:
+        """Answer the first frame (R, C) once more."""
+        self._first = self._first if self._first.size else frame
+        return self._model.step(self._first)
+
+    def reset(self) -> None:
+        """Forget every frame."""
+        self._model.reset()
+        self._first = NO_IMAGE
+
+
 def play(
-    behaviour: Behaviour, env: str, options: Mapping[str, Any], seed: int, steps: int | None = None, *,
+    behaviour: Behaviour,
+    env: str,
+    options: Mapping[str, Any],
+    seed: int,
+    steps: int | None = None,
+    *,
     images: bool = False,
-) -> Episode:  # fmt: skip
-    """Play an episode of a behaviour in an env, to its end or for ``steps``.
+    frozen: bool = False,
+) -> Episode:
+    """Play an episode of a behaviour in an env, to its end or for ``steps``; ``frozen`` shows its model one frame.
 
     Raises ``ValueError`` on options that are not legal, and what the behaviour raises.
     """
     options = {**options, "observation": behaviour.senses}
     if behaviour.senses == "neural":
-        options.setdefault("model", behaviour.model)
+        model = options.setdefault("model", behaviour.model)
+        options["model"] = (lambda shape: FrozenView(build_model(model, shape))) if frozen else model
     # The world's draws come from the seed alone, so that behaviours meet the same worlds; these are its own.
     policy, neural = behaviour.make(stream("policy", seed)), behaviour.senses == "neural"
     with closing(gym.make(env, max_episode_steps=steps or ENVS[env].max_episode_steps, **options)) as wrapped:
         inner: Any = wrapped.unwrapped
         observation, _ = wrapped.reset(seed=seed)
         full_turn = inner.options.robot.full_turn
-        episode, over = Episode(inner, behaviour.name, seed, images=images), False
+        name = behaviour.name + FROZEN * frozen
+        episode, over = Episode(inner, name, seed, images=images), False
         while not over:
             seen = response(observation, inner.model.channels) if neural else State.read(observation, full_turn)
             observation, reward, touched, truncated, info = wrapped.step(wheels(policy, seen))

@@ -14,8 +14,6 @@ E and I are in units of HS: divided by ``4 C R K_sig``, in which the slope of f 
 while it is small, and stays below it where f bends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

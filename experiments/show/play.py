@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
 
 FRAMES = pl.Schema({**FRAME, **RESPONSES})
 """Columns of ``frames.parquet``: a row per frame and model."""
+ERRORS = ("true_end_point_error_px", "true_angular_error_deg")
+"""Columns of a model's local motion against the true flow: see `colias_sim.Truth.errors`."""
 FIELDS = tuple(RESPONSES)
 """Fields of a `dsnn.ResponseSeries`, as the rows of frames have them."""
 
@@ -52,6 +55,9 @@ class Sample:
         Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
     pixels
         What each pixel truly shows, where that was asked for.
+    since
+        What is true instead for a model that takes every n-th frame, of the motion since n frames before: n -> name ->
+        value.
     """
 
     time_s: float
@@ -59,6 +65,7 @@ class Sample:
     truth: Mapping[str, Any]
     changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     pixels: Truth | None = None
+    since: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
@@ -78,15 +85,12 @@ class Source(Protocol):
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the frames in order of time, always the same ones."""
-        ...
 
     def columns(self, truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``; ``truth`` has a row for each frame."""
-        ...
 
     def absent(self) -> AbstractContextManager[Source | None]:
         """Open the same without what moves by itself, at rest but for the camera; ``None`` if nobody knows it."""
-        ...
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
         """Return measures of one model's responses, as columns of ``trials.parquet``.
@@ -98,7 +102,6 @@ class Source(Protocol):
         frames
             A row per frame that it took: the fields of `dsnn.ResponseSeries`, and of the samples' truth.
         """
-        ...
 
 
 def most_common(words: Iterable[str | None]) -> str:
@@ -183,6 +186,9 @@ class ModelRunner:
         The responses so far, on the declared channels alone.
     pictures
         Its layer maps so far, as images (4, R, C) of 8 bits, a quarter of the maps' size.
+    errors
+        Of each frame whose truth is known, the end-point error (px) and the angular error (degrees) of the model's
+        ``local_motion`` (R, C, 2), where it has one: see `colias_sim.Truth.errors`.
     seconds
         Time that the model has taken for its steps.
     trouble
@@ -195,6 +201,7 @@ class ModelRunner:
         self.maps = False
         self.responses: list[Response] = []
         self.pictures: list[npt.NDArray[np.uint8]] = []
+        self.errors: list[tuple[float, float]] = []
         self.seconds = 0.0
         self.trouble = ""
         self._shape, self._keep, self._frames = shape, keep, 0
@@ -285,6 +292,11 @@ class ModelRunner:
                 response = replace(response, maps=None)
             self.responses.append(response)
         return response
+
+    def compare(self, truth: Truth) -> None:
+        """Compare the local motion that the model found in its last frame with the flow that is true of it."""
+        motion = getattr(self._model, "local_motion", None)
+        self.errors.append((math.nan, math.nan) if motion is None else truth.errors(motion))
 
     def series(self) -> ResponseSeries | None:
         """Return the model's responses to all frames; ``None`` after an error."""
@@ -394,9 +406,12 @@ class Showing:
                 runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
                 for runner, before in zip(self.runners, self.responses, strict=True)
             ]
+            for runner in self.runners:
+                if sample.pixels is not None and runner.chosen.processor.every == 1:
+                    runner.compare(sample.pixels)
             self.sample = sample
             if self._keep:
-                self.samples.append(sample if self._images else Sample(sample.time_s, NO_IMAGE, sample.truth))
+                self.samples.append(sample if self._images else replace(sample, image=NO_IMAGE, pixels=None))
             yield sample
 
     def series(self) -> list[tuple[ConfiguredModel, ResponseSeries]]:
@@ -407,10 +422,10 @@ class Showing:
         """Return the label of each model with the frames that it took."""
         return {runner.label: runner.taken for runner in self.runners}
 
-    def truth(self) -> pl.DataFrame:
-        """Return what is true of the frames, a row each."""
-        shown = self.samples
-        return pl.DataFrame({name: [sample.truth[name] for sample in shown] for name in shown[0].truth}, strict=False)
+    def truth(self, every: int = 1) -> pl.DataFrame:
+        """Return what is true of the frames, a row each, for models that take every n-th."""
+        shown = [{**sample.truth, **sample.since.get(every, {})} for sample in self.samples]
+        return pl.DataFrame({name: [truth[name] for truth in shown] for name in shown[0]}, strict=False)
 
 
 Watch = Callable[[Showing], None]
@@ -513,6 +528,12 @@ def play(
     return replace(done, recording=recording_of(lambda: record(trial, shown, rows)))
 
 
+def _columns(errors: Sequence[tuple[float, float]]) -> dict[str, pl.Series | None]:
+    if not errors:
+        return dict.fromkeys(ERRORS)
+    return {name: pl.Series(values).fill_nan(None) for name, values in zip(ERRORS, np.array(errors).T, strict=True)}
+
+
 def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames: bool = True) -> TrialRecord:
     """Tabulate what the models responded in a trial: a row per model, in the trial's order, and a row per frame.
 
@@ -530,11 +551,14 @@ def tabulate(trial: Trial, showings: Sequence[Showing], wall_s: float, *, frames
     rows, tables = {}, {}
     columns = showings[0].source.frame_columns
     for showing in showings:
-        truth, source, taken = showing.truth(), showing.source, showing.taken()
-        shown = source.columns(truth)
+        source, taken = showing.source, showing.taken()
+        everies = {1, *(runner.chosen.processor.every for runner in showing.runners)}
+        truths = {every: showing.truth(every) for every in everies}
+        errors = {runner.label: _columns(runner.errors) for runner in showing.runners}
+        shown = source.columns(truths[1])
         for model, series in showing.series():
-            numbered = truth.with_row_index("frame")[taken[model.label]]
-            table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS})
+            numbered = truths[model.processor.every].with_row_index("frame")[taken[model.label]]
+            table = numbered.with_columns(**{name: getattr(series, name) for name in FIELDS}, **errors[model.label])
             counts = {c: series.accumulated_spikes(c) if c in model.spiking else None for c in SPIKING}
             rows[model.label] = {
                 "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,

@@ -338,9 +338,9 @@ def _looks_of_series(model: RecordedModel) -> list[Chunk]:
         for kind in ("spikes", "strokes"):
             look = rr.SeriesLines(colors=tone, names=f"{title} spikes", widths=LINE_WIDTH, aggregation_policy="Off")
             chunks.append(fixed(f"{root}/{kind}/{channel}", look))  # or both ends of a stroke become their mean
-    if "azimuth" in model.channels:
-        look = rr.SeriesLines(colors=rgb(palette.INK), names="azimuth", widths=LINE_WIDTH)
-        chunks.append(fixed(f"{root}/azimuth", look))
+    for channel in (name for name in ("azimuth", "target") if name in model.channels):
+        look = rr.SeriesLines(colors=rgb(palette.INK), names=channel, widths=LINE_WIDTH)
+        chunks.append(fixed(f"{root}/{channel}", look))
     if levels := model.levels():
         names = [f"threshold {level:g} ({', '.join(owners)})" for level, owners in levels.items()]
         look = rr.SeriesLines(colors=[GREY] * len(levels), names=names, widths=[1.0] * len(levels))
@@ -539,7 +539,8 @@ def views(content: Content) -> list[tuple[float, Any]]:
             rows += [(1.0, plot) for plot in _azimuth(model)]
     elif content.models:
         columns = -(-len(content.models) // MOST_LANES)
-        lanes = (rrb.Horizontal(_lane(model, model.spiking), *_azimuth(model)) for model in content.models)
+        lanes = (rrb.Horizontal(*([_lane(model, model.spiking)] if model.spiking else ()), *_azimuth(model))
+                 for model in content.models)  # fmt: skip
         rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, rrb.Grid(*lanes, grid_columns=columns)))
     if content.raster:
         rows.append((1.5, rrb.Spatial2DView(origin="/raster", name=content.raster)))
@@ -588,9 +589,14 @@ def _lane(model: RecordedModel, channels: Sequence[str]) -> rrb.TimeSeriesView:
 
 
 def _azimuth(model: RecordedModel) -> list[rrb.TimeSeriesView]:
-    """Return the plot of where a model sees motion, if it says so."""
-    entity, heading = f"/{model_entity(model.label)}/azimuth", f"{model.label}: azimuth, -1 left to 1 right"
-    return [_plot(entity, [entity], heading, (-1.05, 1.05))] if "azimuth" in model.channels else []
+    """Return the plots of how strongly a model sees a small target, and where it sees motion, if it says so."""
+    place, plots = f"/{model_entity(model.label)}", []
+    if "target" in model.channels:
+        plots.append(_plot(f"{place}/target", [f"{place}/target"], f"{model.label}: strength of the target"))
+    if "azimuth" in model.channels:
+        heading = f"{model.label}: azimuth, -1 left to 1 right"
+        plots.append(_plot(f"{place}/azimuth", [f"{place}/azimuth"], heading, (-1.05, 1.05)))
+    return plots
 
 
 def _plot(

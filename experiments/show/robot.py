@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +46,7 @@ def camera(settings: Settings, eye: str) -> CameraConfig:
     if not eye:
         return settings.camera
     common = {name: getattr(settings.camera, name) for name in GEOMETRY}
-    return dataclasses.replace(CameraConfig.preset(eye), **common)
+    return replace(CameraConfig.preset(eye), **common)
 
 
 MOST_SCENES = 6
@@ -63,7 +62,7 @@ class RobotTrial(Trial):
         What its apparatus is set to.
     """
 
-    models: tuple[ConfiguredModel, ...] = dataclasses.field(init=False, compare=False)
+    models: tuple[ConfiguredModel, ...] = field(init=False, compare=False)
     settings: Settings
 
     def __post_init__(self) -> None:
@@ -151,7 +150,7 @@ def forget_simulations() -> None:
 def scene_of(condition: Condition, settings: Settings) -> SceneConfig:
     """Return the scene's settings with what the condition sets itself."""
     looks = {name: getattr(condition, name) for name in ("shell_grey", "wall_contrast")}
-    return dataclasses.replace(settings.scene, **{name: value for name, value in looks.items() if value is not None})
+    return replace(settings.scene, **{name: value for name, value in looks.items() if value is not None})
 
 
 class RobotSource:
@@ -228,11 +227,17 @@ class RobotSource:
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
             truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
-        pixels = self.sim.truth() if self.trial.truth else None
-        if pixels is not None:
-            things = set(self.sim.everyone) - {OBSERVER}
-            truth |= {name: finite(value) for name, value in pixels.columns(things).items()}
-        return Sample(frame.time, frame.luma, truth, changes, pixels)
+        if not self.trial.truth:
+            return Sample(frame.time, frame.luma, truth, changes)
+        things = set(self.sim.everyone) - {OBSERVER}
+        pixels = {
+            every: self.sim.truth(every) for every in {1, *(model.processor.every for model in self.trial.models)}
+        }
+        since = {
+            every: {name: finite(value) for name, value in shown.columns(things).items()}
+            for every, shown in pixels.items()
+        }
+        return Sample(frame.time, frame.luma, truth | since[1], changes, pixels[1], since)
 
     @contextmanager
     def absent(self) -> Iterator[RobotSource]:

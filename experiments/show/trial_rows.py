@@ -11,8 +11,6 @@ Three parts of the trial tell them apart.
   to its last edge out of it. *The inner window* reads that crossing from its centre in to its centre out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -24,11 +22,12 @@ import polars as pl
 
 from colias_sim.config import CameraConfig
 from colias_sim.truth import COLUMNS
-from experiments.declare.checks import is_number
 from experiments.declare.conditions import CONDITION_COLUMNS, Condition
 from experiments.declare.experiment import Drawing
+from experiments.declare.outcome import is_number
 from experiments.settings.models import ConfiguredModel
 from experiments.show.course import ROBOT_RADIUS_CM, half_crossing
+from experiments.show.play import ERRORS
 from experiments.store.tables import COUNTS, FRAME, JOB, PEAKS, RESPONSES, columns_of, is_imported, peaks
 
 RESPONDED: Mapping[str, type] = {
@@ -65,7 +64,7 @@ FRAME_SCHEMA = pl.Schema({**FRAME, "robot": str, "time_s": float, **RESPONSES, *
 AGREEMENT = ("true_hs_flow_r", "true_hs_view_r", "true_vs_flow_r", "true_vs_view_r", "true_sign", "true_gain")
 """Columns of ``trials.parquet`` of a run with truth: see `agreement`."""
 TRUE_TRIALS = pl.Schema({**TRIAL_SCHEMA, **dict.fromkeys(AGREEMENT, pl.Float64())})
-TRUE_FRAMES = pl.Schema({**FRAME_SCHEMA, **dict.fromkeys(COLUMNS, pl.Float64())})
+TRUE_FRAMES = pl.Schema({**FRAME_SCHEMA, **dict.fromkeys((*COLUMNS, *ERRORS), pl.Float64())})
 """Columns of ``frames.parquet`` of a run with truth."""
 
 

@@ -22,9 +22,21 @@ from experiments.base.errors import UsageError, as_usage_error
 from experiments.settings.models import ConfiguredModel
 from experiments.settings.pictures import OTHERS, entries, frame_numbers
 from experiments.show.clips import ClipSource
-from experiments.show.flow import TICK_S, mean_flow
 from experiments.show.play import Sample
 from experiments.store.tables import COUNTS, FRAME, JOB, PEAKS, RESPONSES, peaks
+
+TICK_S = 0.0015
+"""More than the clock of 1 ms that many containers have rounds an interval by."""
+
+
+def mean_flow(before: npt.NDArray[np.uint8], now: npt.NDArray[np.uint8]) -> float:
+    """Mean horizontal flow between two luma images (R, C), px per frame, rightward positive (Farneback 2003)."""
+    flow = cv2.calcOpticalFlowFarneback(
+        before, now, np.empty((*now.shape, 2), np.float32),
+        pyr_scale=0.5, levels=3, winsize=15, iterations=3, poly_n=5, poly_sigma=1.2, flags=0,
+    )  # fmt: skip
+    return float(flow[..., 0].mean())
+
 
 Image = npt.NDArray[np.uint8]
 Reading = tuple[float, Image, Mapping[str, Any]]

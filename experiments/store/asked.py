@@ -1,10 +1,18 @@
-"""What was asked for: the one thing that a run stores and follows from."""
+"""What was asked for: the one thing that a run stores and follows from.
+
+The entry ``command`` of ``run.json`` notes the command that began the run: the command line (``line``), or the call
+from Python (``call``), the folder, and how the run's own folder leads to it (``folder_from_run``), which stays when
+both are moved. Every command imports this, so it is light.
+"""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import contextlib
+import os
+from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
+from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any
 
 ASKED = "asked"
@@ -49,7 +57,7 @@ class Asked:
 
     def stored(self) -> dict[str, Any]:
         """Return what ``run.json`` has of it: the kind, and what is not at its default."""
-        usual, names = Asked(kind=""), [one.name for one in dataclasses.fields(self) if one.compare]
+        usual, names = Asked(kind=""), [one.name for one in fields(self) if one.compare]
         return {name: getattr(self, name) for name in names if getattr(self, name) != getattr(usual, name)}
 
     @classmethod
@@ -69,3 +77,24 @@ class Asked:
         """Return an option of the kind, or its default."""
         value = self.options.get(name)
         return default if value is None else value
+
+
+_command: ContextVar[Mapping[str, Any] | None] = ContextVar("command", default=None)
+
+
+@contextlib.contextmanager
+def begun_by(command: Mapping[str, Any]) -> Iterator[None]:
+    """Note a command and the current folder in the runs that are begun in the block."""
+    token = _command.set({**command, "folder": str(Path.cwd())})
+    try:
+        yield
+    finally:
+        _command.reset(token)
+
+
+def command_note(run: Path) -> dict[str, Any]:
+    """Return the entry of the ``run.json`` in a folder; none where the command is not known."""
+    command = _command.get()
+    if command is None:
+        return {}
+    return {"command": {**command, "folder_from_run": os.path.relpath(command["folder"], run.resolve())}}

@@ -23,8 +23,7 @@ from experiments.settings.models import ConfiguredModel, rate_notes
 from experiments.settings.parameters import Parameters
 from experiments.store import provenance
 from experiments.store.asked import ASKED, Asked
-from experiments.store.description import KIND
-from experiments.store.folder import RunFolder
+from experiments.store.folder import KIND, RunFolder
 from experiments.store.tables import TrialRecord, in_words
 from experiments.store.workers import Workers, finished
 
@@ -240,11 +239,8 @@ def _by_same_code(work: Callable[[AnyTrial], TrialRecord], digest: str, trial: A
 def print_notes(folder: RunFolder) -> None:
     """Print what a reader of a run's tables has to know, and the first failures."""
     if len(frames := dict.fromkeys(chain(*folder.renderers.values()))) > 1:
-        error_console.print(
-            f"note: {folder.folder}: its frames were drawn with pixels that differ (reference frames"
-            f" {', '.join(frames)}), so trials of one machine may have other numbers on another; run.json names the"
-            " renderers"
-        )
+        differ = f"its frames were drawn with pixels that differ (reference frames {', '.join(frames)})"
+        error_console.print(f"note: {folder.folder}: {differ}: trials may have other numbers on another machine")
     failures = in_words(folder.failures())
     for text in failures[:SHOWN_FAILURES]:
         error_console.print(text)

@@ -1,7 +1,5 @@
 """Provenance of a run's numbers: the project's code, the user's files, the libraries."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import importlib.metadata

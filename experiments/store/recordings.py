@@ -1,7 +1,5 @@
 """Recordings read back: which a run has, their chunks, and the pictures in them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -9,7 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 from experiments.base.user_code import traced
-from experiments.settings.models import CONTROL, CONTROLS
+from experiments.settings.models import OF_CONTROL, without_control
 
 if TYPE_CHECKING:
     import polars as pl
@@ -32,7 +32,8 @@ PEAKS: Mapping[str, type] = dict.fromkeys(("peak_hs", "trough_hs", "peak_vs", "t
 FRAME: Mapping[str, type] = {"trial": int, "model": str, "frame": int}
 """The columns that every row of a ``frames.parquet`` begins with; frames are numbered from 0 up."""
 RESPONSES: Mapping[str, type] = {"hs": float, "vs": float, "hs_spikes": int, "vs_spikes": int, "looming": float,
-                                 "looming_spikes": int, "azimuth": float}  # fmt: skip
+                                 "looming_spikes": int, "azimuth": float, "target": float,
+                                 "elevation": float, "target_direction": float}  # fmt: skip
 """A `dsnn.ResponseSeries` at one frame."""
 
 
@@ -103,10 +104,11 @@ for its recording; ``reason`` is a traceback, or one line where an input was ref
 
 
 def in_words(failures: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Return rows of `FAILURE` as texts, grouped by their reason."""
+    """Return rows of `FAILURE` as texts, grouped by their reason, those of a model with those of its controls."""
     texts = []
-    for (model, reason), (first, *others) in group(failures, "model", "reason").items():
-        trial = first["trial"]
+    rows = [{**row, "shown": without_control(row["model"])} for row in failures]
+    for (_, reason), (first, *others) in group(rows, "shown", "reason").items():
+        trial, model = first["trial"], first["model"]
         if model == RECORDING:
             what = f"trial {trial} has no recording"
         elif model:
@@ -153,9 +155,12 @@ def is_imported(row: Mapping[str, Any]) -> bool:
     return bool(row.get(COLUMN))
 
 
-def without_controls(table: pl.DataFrame) -> pl.DataFrame:
-    """Return the rows of models that were shown a trial as it was: claims, figures and ranks are about these."""
-    return table.filter(~table["model"].str.contains(f"{CONTROL}({'|'.join(CONTROLS)})$"))
+def without_controls(table: pl.DataFrame, shown: str = "model") -> pl.DataFrame:
+    """Return the rows of models that were shown a trial as it was: claims, figures and ranks are about these.
+
+    ``shown`` is the column of their labels.
+    """
+    return table.filter(~table[shown].str.contains(OF_CONTROL))
 
 
 def drawn_here(record: TrialRecord) -> TrialRecord:

@@ -80,6 +80,34 @@ def test_exchanged_robots_see_exchanged_frames():
             assert (one != other).mean() < 0.002 and np.abs(one - other).max() <= (3 if count else 0)
 
 
+def test_a_restored_simulation_has_every_camera_as_it_was():
+    """Exposures, loops and truths of unlike cameras, and of two that share a framebuffer, in another and in a copy."""
+    eyes = EYES | {"c": EYES["a"]}
+
+    def ahead(sim, seed):
+        frames = [sim.step_all({name: np.random.default_rng(seed + i) for i, name in enumerate(eyes)}) for _ in "123"]
+        return [
+            (name, frame.luma.tobytes(), frame.exposure_ms, frame.age_ms, sim.truth(2, name).flow.tobytes())
+            for taken in frames for name, frame in taken.items()
+        ]  # fmt: skip
+
+    with (
+        Simulation(robots=ROBOTS, eyes=eyes, truth=True) as sim,
+        Simulation(robots=ROBOTS, eyes=eyes, truth=True) as new,
+    ):
+        sim.reset(STARTS, np.random.default_rng(0), light=0.7)
+        for name, robot in sim.robots.items():
+            robot.drive((0.06, 0.05 + 0.01 * (ord(name) - ord("a"))))
+        ahead(sim, 0)
+        state, twin = sim.get_state(), sim.copy()
+        assert twin.cameras["a"].offscreen is twin.cameras["c"].offscreen
+        expected = ahead(sim, 9)
+        new.set_state(state)
+        assert ahead(new, 9) == ahead(twin, 9) == expected
+        with Simulation(robots=ROBOTS, eyes=EYES, truth=True) as other, pytest.raises(ValueError, match="must be"):
+            other.set_state(state)
+
+
 def test_cameras_that_are_alike_share_a_framebuffer():
     with Simulation(robots=ROBOTS, eyes=EYES) as sim:
         of = {name: camera.offscreen for name, camera in sim.cameras.items()}

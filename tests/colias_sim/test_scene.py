@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
-from colias_sim.offscreen import Offscreen
 from colias_sim.scene import compile_model, compose, groups_of, hidden, texels
 from scenes import ARENAS, FOLDER, ROBOTS, generate
-from tests.colias_sim.views import QUIET, STILL, view
+from tests.colias_sim.views import QUIET, STILL, drawn, owners, view
 from tests.helpers.arenas import written
 
 
@@ -71,27 +70,6 @@ def pair():
         yield sim
 
 
-def robots_of(model, geoms):
-    """The names of the robots, and of the arena's bodies, that geoms belong to."""
-    return {model.body(model.body_rootid[model.geom_bodyid[geom]]).name.partition("/")[0] for geom in geoms}
-
-
-def drawn(sim, name):
-    """The robots with a pixel in the picture of an eye."""
-    eye, geoms = mujoco.MjvCamera(), {}
-    eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, sim.model.camera(f"{name}/eye").id
-    offscreen = Offscreen(sim.model, 72, 99)
-
-    def number(scene):
-        scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 1
-        geoms.update({geom.segid + 1: geom.objid for geom in scene.geoms[: scene.ngeom]})
-
-    offscreen.draw_into((0, 0, 99, 72), sim.data, eye, number)
-    numbers = np.unique(offscreen.read_all().astype(int) @ (1, 256, 65536))
-    offscreen.close()
-    return robots_of(sim.model, [geoms[one] for one in numbers if one])
-
-
 def hit(sim, name):
     """The robots that rays through the pixels of an eye hit."""
     model, eye = sim.model, sim.data.camera(f"{name}/eye")
@@ -101,7 +79,7 @@ def hit(sim, name):
     geoms, distances = np.zeros(len(ways), np.int32), np.zeros(len(ways))
     mujoco.mj_multiRay(model, sim.data, eye.xpos, ways.ravel(), mujoco.MjvOption().geomgroup, True, -1, geoms,
                        distances, None, len(ways), 10.0)  # fmt: skip
-    return robots_of(model, np.unique(geoms[geoms >= 0]))
+    return set(owners(model, geoms))
 
 
 @pytest.mark.parametrize(("name", "other"), [("left", "right"), ("right", "left")])
@@ -110,10 +88,10 @@ def test_an_eye_sees_every_robot_but_its_own(pair, name, other):
     with hidden(groups_of(pair.model, name)):
         by_ray = hit(pair, name)
     assert name not in by_ray and other in by_ray
-    seen = drawn(pair, name)
+    seen = set(owners(pair.model, drawn(pair, name)).ravel())
     assert name not in seen and other in seen
     with patch("colias_sim.offscreen.hidden", nullcontext):
-        assert {name, other} <= drawn(pair, name) & hit(pair, name)
+        assert {name, other} <= set(owners(pair.model, drawn(pair, name)).ravel()) & hit(pair, name)
 
 
 def test_hidden_geoms_are_put_back_after_an_error_too(pair):

@@ -2,9 +2,11 @@
 
 import dataclasses
 
+import mujoco
 import numpy as np
 
 from colias_sim import CameraConfig, Frame, Pose, SceneConfig, Simulation
+from colias_sim.offscreen import Offscreen
 from colias_sim.scene import timestep
 
 LENS = CameraConfig().forward_cm / 100
@@ -38,3 +40,25 @@ def crossing(sim: Simulation, start: Pose, speed: float, count: int) -> list[Fra
 def view(camera: CameraConfig, scene: SceneConfig = STILL, stimulus: Pose = AWAY) -> np.ndarray:
     """The luma of the first frame, as floats (R, C)."""
     return frames(camera, scene, stimulus)[0].luma.astype(float)
+
+
+def owners(model: mujoco.MjModel, geoms: np.ndarray) -> np.ndarray:
+    """The names of the robots, and of the arena's bodies, that geoms belong to; -1 belongs to none, an empty text."""
+    names = [model.body(model.body_rootid[body]).name.partition("/")[0] for body in model.geom_bodyid]
+    return np.array([*names, ""])[geoms]
+
+
+def drawn(sim: Simulation, name: str) -> np.ndarray:
+    """The geom that each pixel (72, 99) of a robot's eye shows, by a render in flat colours; -1 is nothing."""
+    eye, geoms = mujoco.MjvCamera(), {0: -1}
+    eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED.value, sim.model.camera(f"{name}/eye").id
+    offscreen = Offscreen(sim.model, 72, 99)
+
+    def number(scene: mujoco.MjvScene) -> None:
+        scene.flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = scene.flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = 1
+        geoms.update({geom.segid + 1: geom.objid for geom in scene.geoms[: scene.ngeom]})
+
+    offscreen.draw_into((0, 0, 99, 72), sim.data, eye, number)
+    numbers = offscreen.read_all()[::-1].astype(int) @ (1, 256, 65536)
+    offscreen.close()
+    return np.vectorize(geoms.get)(numbers)

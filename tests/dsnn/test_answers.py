@@ -9,36 +9,30 @@ import pytest
 
 import colias_sim  # noqa: F401  (registers the envs)
 from dsnn import Response, ResponseError, checked_response
+from experiments.declare.clip import Clip
+from experiments.kinds.clips import play_clip
 from experiments.settings.settings import watchers
+from experiments.show.clips import ClipTrial
 from experiments.show.play import Sample, Showing, troubles
 from tests.helpers import footage
 from tests.helpers.answering import write_model
 
-SMALL = ("run", "trial.py", "--workers", "0", "--out", "out", "--quiet")
-CLIP = """
-from experiments.declare.clip import Clip
-from experiments.declare.clip import OfflineExperiment
-changes = (("rows", 40), ("columns", 60), ("width", 20.0), ("height", 20.0), ("speed", 240.0))
-EXPERIMENT = OfflineExperiment("clip", "one crossing", (Clip("right", "plain", changes),), ("dsnn",))
-"""
 
-
-def test_what_a_model_is_is_what_its_entry_declares(colias, tmp_path):
+def test_what_a_model_is_is_what_its_entry_declares(tmp_path):
     """Channels that are not declared are left out of counts, peaks and frames."""
-    (tmp_path / "trial.py").write_text(CLIP)
     filled = "Response(hs=0.5, hs_spikes=2, looming=0.9, looming_spikes=1, azimuth=0.25)"
-    loomer = write_model(tmp_path, "loomer", filled, ', channels=("looming",)')
-    pointer = write_model(tmp_path, "pointer", filled, ', channels=("hs", "azimuth")')
-    done = colias(*SMALL, "--no-recordings", "--model", loomer, "--model", pointer)
-    assert done.returncode == 0, done.stderr
-    rows = {row["model"]: row for row in pl.read_parquet(tmp_path / "out" / "trials.parquet").to_dicts()}
+    declared = {"loomer": ', channels=("looming",)', "pointer": ', channels=("hs", "azimuth")'}
+    files = [str(tmp_path / write_model(tmp_path, name, filled, more)) for name, more in declared.items()]
+    crossing = Clip("right", "plain", {"rows": 40, "columns": 60, "width": 20.0, "height": 20.0, "speed": 240.0})
+    shown = play_clip(ClipTrial("test", 0, 0, 0, crossing, tuple(watchers([*files, "dsnn"]))))
+    rows = {row["model"]: row for row in shown.rows}
     loom, point = rows["loomer"], rows["pointer"]
     frames = loom["frames"]
     counts = ("spikes", "hs_spikes", "vs_spikes", "looming_spikes")
     assert [loom[name] for name in counts] == [frames, None, None, frames]
     assert [point[name] for name in counts] == [2 * frames, 2 * frames, None, None]
     assert (loom["peak_hs"], point["peak_looming"]) == (0.0, 0.0)
-    azimuths = pl.read_parquet(tmp_path / "out" / "frames.parquet").group_by("model").agg(pl.col("azimuth").unique())
+    azimuths = shown.frames.group_by("model").agg(pl.col("azimuth").unique())
     assert dict(azimuths.iter_rows()) == {"dsnn": [0.0], "pointer": [0.25], "loomer": [0.0]}
 
 

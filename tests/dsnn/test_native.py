@@ -10,8 +10,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from dsnn import DSNN, LGMD1, DSNNParams, Hybrid, forms, native
 from dsnn.exponential import exp
@@ -111,7 +110,7 @@ def test_the_golden_answers_have_their_bits():
 def test_every_build_answers_with_the_same_bits(options, tmp_path):
     """As the extension module, which has vectors; the sanitizers stop at what C leaves undefined, and at every byte
     read or written beside the memory given."""
-    count = int(os.environ.get("COLIAS_FUZZ_CASES", "60"))  # make fuzz: 2,000
+    count = int(os.environ.get("COLIAS_FUZZ_CASES", "36"))  # make fuzz: 2,000
     compiled(tmp_path, *options)
     assert answered(tmp_path, count) == answers(count)
 

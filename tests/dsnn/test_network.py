@@ -4,8 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
-from hypothesis import strategies as st
+from hypothesis import Phase, given, settings, strategies as st
 
 from dsnn import DSNN, EMD, DSNNParams, ReferenceDSNN
 from tests.conftest import crossing

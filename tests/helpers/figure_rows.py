@@ -97,6 +97,6 @@ def clip_frames(trials: pl.DataFrame) -> pl.DataFrame:
         hs, vs, looming = (strength(model) * np.sin(np.linspace(0.0, 3.0, FRAMES) + phase) / (1 + trial**2)
                            for phase in range(3))  # fmt: skip
         own = {"hs": hs * (model != "lgmd1"), "vs": vs * (model != "lgmd1"),
-               "looming": looming * (model in ("lgmd1", "hybrid"))}  # fmt: skip
+               "looming": looming * (model in ("lgmd1", "hybrid")), "target": 0.0 * hs}  # fmt: skip
         parts.append(pl.DataFrame({"trial": [trial] * FRAMES, "model": model, "frame": range(FRAMES), **own}))
     return pl.concat(parts)

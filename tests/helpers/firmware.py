@@ -4,9 +4,9 @@ import shutil
 
 import pytest
 
-from experiments.robot import qemu
+from experiments.robot import firmware
 
-TOOLS = {qemu.GCC: "gcc-arm-none-eabi", qemu.QEMU: "qemu-system-arm"}
+TOOLS = {firmware.GCC: "gcc-arm-none-eabi", firmware.QEMU: "qemu-system-arm"}
 
 
 MISSING = [package for program, package in TOOLS.items() if shutil.which(program) is None]

@@ -6,7 +6,7 @@ from typing import Any
 from experiments.base.values import by_key, key_values
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import Experiment
-from experiments.kinds import kind, registry
+from experiments.kinds import registry, result
 from experiments.store.asked import Asked
 from experiments.store.plan import Plan
 
@@ -23,7 +23,7 @@ def planned(
     named, models = isinstance(experiment, str), tuple(models)
     declared = registry.find(experiment) if isinstance(experiment, str) else experiment
     values = by_key(settings) if isinstance(settings, Mapping) else key_values(settings)
-    return kind.planned(Asked(
+    return result.planned(Asked(
         kind=declared.kind, what=(declared.file or declared.name,) if named else (), models=models, only=bool(models),
         values=values, repeats=repeats, seed=seed, options=options, declared=None if named else declared,
     ))  # fmt: skip

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("scenes", "colias_sim", "dsnn", "experiments")
 
 FLOORS = (
-    "scenes", "dsnn.files", "dsnn.video", "dsnn.pictures", "dsnn.field_docs", "colias_sim", "dsnn",
+    "scenes", "dsnn.files", "dsnn.video", "dsnn.pictures", "dsnn.field_docs", "dsnn.snapshot", "colias_sim", "dsnn",
     "experiments.base", "experiments.declare", "experiments.settings", "experiments.store", "experiments.show",
     "experiments.judge", "experiments.draw", "experiments.robot", "experiments.kinds", "experiments.live",
     "experiments.cli", "experiments", "experiments.paper",
@@ -167,13 +167,13 @@ def test_a_simulator_loads_leaves_of_dsnn_alone():
         "import sys, colias_sim.simulation, colias_sim.envs; print(*(m for m in sys.modules if m.startswith('dsnn.')))"
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert set(loaded) <= {"dsnn.files", "dsnn.pictures", "dsnn.field_docs"}
+    assert set(loaded) <= {"dsnn.files", "dsnn.pictures", "dsnn.field_docs", "dsnn.snapshot"}
 
 
 # What kind of run it is, is asked by kinds alone.
 
 RUNS = ("Experiment", "OfflineExperiment", "Behaviour", "Study", "Fit")
-OF_LIBRARIES = {"experiments.show.play": {"kind"}, "experiments.live.drawing": {"kind"}}
+OF_LIBRARIES = {"experiments.show.play": {"kind"}, "experiments.live.page": {"kind"}}
 """Attributes called ``kind`` of libraries: of `inspect.Parameter`, and of a mesh's visual in trimesh."""
 
 

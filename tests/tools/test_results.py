@@ -11,11 +11,9 @@ import pytest
 from experiments.base.files import to_json
 from experiments.declare.claim import claim_ids
 from experiments.declare.outcome import Outcome
-from experiments.judge.count import Count, count_columns
-from experiments.judge.stored import document
-from experiments.judge.verdict import verdict_of
+from experiments.judge.verdict import Count, count_columns, document, verdict_of
 from experiments.kinds.registry import find_claim
-from experiments.paper.scale import QUICK
+from experiments.paper.page import QUICK
 from tests.helpers.chapters import PAGES as CHAPTERS
 from tools import results as tool
 from tools.results import CELLS, RESULTS, ROOT, SOURCES, places, read, renewed, write

@@ -30,8 +30,8 @@ from dsnn import DSNNParams, field_docs
 from dsnn.filters import gaussian_kernel, residue
 from dsnn.native import binding
 from experiments.base import palette
-from experiments.declare.checks import MARGIN
 from experiments.declare.claim import texts
+from experiments.declare.outcome import MARGIN
 from experiments.paper.claims.robot import PAIRS
 from experiments.store.recordings import pictures
 

@@ -4,7 +4,7 @@
  *
  * A field is a whole number in decimal digits, a word of a-z, 0-9 and '-', or '-' alone where there is no value. CRC4 is the
  * CRC-16 of what is between '$' and '*' (polynomial 0x1021 from 0xFFFF, "CCITT-FALSE"), four digits of 0-9, A-F.
- * experiments/robot/serial.py reads them.
+ * experiments/robot/firmware.py reads them.
  */
 
 #ifndef RECORD_H

@@ -4,8 +4,6 @@ A template is filled in with ``name``, as the tables show it, and ``stem``, the 
 runs as it is, and three numbered comments at its top have what to do next.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,16 +1,13 @@
 """Our own claims about behaviours, B1 to B4. Their words are in ``claims.toml``."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import polars as pl
 
 from colias_sim.envs import ENVS
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
-from experiments.declare.checks import Check
 from experiments.declare.claim import shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 from experiments.judge import scores as episodes
 from experiments.judge.scores import held, mean_difference, rate_ratio
 

@@ -3,8 +3,6 @@
 The docstring of a judge says how the words are read where they leave room.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise, product
@@ -12,10 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from experiments.declare.checks import MARGIN, Check, Needs, decide, exceeds, unreadable
-from experiments.declare.claim import DSNN, Claim
-from experiments.declare.claim import shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.claim import DSNN, Claim, shipped as claim
+from experiments.declare.outcome import MARGIN, Check, Needs, Outcome, decide, exceeds, unreadable
 from experiments.judge.judge import EVERY, SHADES, SIGNED, Row, Rows
 from experiments.paper.claims.robot import CONNECTIONS, FEWER, PER_CORRELATOR
 from experiments.store.tables import group
@@ -44,7 +40,7 @@ MATCHED: Mapping[str, str] = {
     "dsnn:fdsr=false": "dsnn:fdsr=false,k_sig=33.22",
     "dsnn:dog=false": "dsnn:dog=false,k_sig=0.3056",
     "emd": "emd:gain=0.7732",
-}  # fmt: skip
+}
 """Label of a model that the DSNN is compared with -> the same on equal terms.
 
 At 30 frames a second FDSR leaves about 1/34 of a rise, so that the DSNN without it has products some 1,180 times as
@@ -385,8 +381,7 @@ def c26(clips: Rows, threshold: float) -> Outcome:
 LEAST_FACTOR = 2.0
 
 
-@claim("C27", **against(*WITHOUT), conditions={"object": ("absent",), "background_speed": BACKGROUNDS},
-       of_each=True)  # fmt: skip
+@claim("C27", **against(*WITHOUT), conditions={"object": ("absent",), "background_speed": BACKGROUNDS}, of_each=True)
 def c27(clips: Rows, threshold: float) -> list[Check]:
     """Judge each of |HS| and |VS|, without the one and without the other, in every clip of the background alone."""
     checks = []

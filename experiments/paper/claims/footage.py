@@ -24,21 +24,16 @@ cannot be judged otherwise. A second shows translation if its mean flow is over 
 back and forth cancels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 import polars as pl
 
-from experiments.declare.checks import Check
-from experiments.declare.claim import Claim
-from experiments.declare.claim import shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.claim import Claim, shipped as claim
+from experiments.declare.outcome import Check, Outcome
 from experiments.judge.motion import (
     LEAST_FRAMES,
     LEAST_SECONDS,
-    Floats,
     block_frames,
     columns,
     correlation,
@@ -47,7 +42,7 @@ from experiments.judge.motion import (
     resampled,
     separate,
 )
-from experiments.judge.tests import proportion_interval
+from experiments.judge.tests import Floats, proportion_interval
 from experiments.judge.verdict import Verdict, verdict_of
 from experiments.kinds.registry import claims_on
 from experiments.settings.models import ConfiguredModel

@@ -4,19 +4,100 @@ Words and bounds were written, and committed, before the code of these models. A
 as a failure; it is never edited to fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
+from itertools import product
 from typing import Any, Literal
 
 from dsnn import MODELS
-from experiments.declare.checks import Check, Needs
 from experiments.declare.claim import Claim, texts
-from experiments.declare.outcome import Outcome
+from experiments.declare.clip import Clip
+from experiments.declare.outcome import Check, Needs, Outcome
 from experiments.judge.judge import SIGNED, Row, Rows
 from experiments.paper.claims.clips import answer, rows_of
-from experiments.paper.claims.model_clips import names
+
+L_OVER_V_S = (0.08, 0.16, 0.32)
+FRAME = {"rows": 72, "columns": 99}
+DARK_ON_LIGHT, LIGHT_ON_DARK = {"grey": 40.0, "background_grey": 200.0}, {"grey": 200.0, "background_grey": 40.0}
+OPPOSITE = {"rightward": "leftward", "leftward": "rightward", "downward": "upward", "upward": "downward"}
+SPEEDS_PX_S, CONTRAST = (60.0, 120.0), 0.8
+BEHIND = {"grey": 40.0, "background_grey": 127.5, "background": "grating", "period_px": 16.0, "contrast": 0.4,
+          "temporal_hz": 2.0}  # fmt: skip
+FAINT = 4.0
+"""What the contrast of a faint grating is divided by."""
+PANNING = ("dead-leaves", "pink", "foliage", "street")
+
+
+def _looming(group: str, changes: Mapping[str, Any]) -> tuple[Clip, ...]:
+    """A clip for each l / v."""
+    return tuple(Clip(f"{group} {s:g} s", "looming", {"l_over_v_s": s, **changes}) for s in L_OVER_V_S)
+
+
+def _gratings(group: str, contrast: float) -> tuple[Clip, ...]:
+    shared = {**FRAME, "period_px": 16.0, "contrast": contrast}
+    return tuple(
+        Clip(f"{group} {hz:g} Hz {deg:g} deg", "grating", {**shared, "temporal_hz": hz, "direction_deg": deg})
+        for hz, deg in product((2.0, 4.0), (0.0, 90.0, 180.0, 270.0))
+    )
+
+
+def _targets(group: str, name: str, values: Iterable[Any], **changes: Any) -> tuple[Clip, ...]:
+    """Small targets on an even ground, or before a scene: a clip for each value of one parameter."""
+    shared = {"fps": 1000.0, "duration_s": 0.4, "background": "even", "background_speed": 0.0, "speed": 200.0}
+    return tuple(Clip(f"{group} {value}", "target", {**shared, **changes, name: value}) for value in values)
+
+
+SMALL_PX, TALL_PX = (3.0, 5.0), (12.0, 15.0)
+"""Heights of targets."""
+SLOW = {"fps": 30.0, "speed": 150.0}
+"""At 30 frames/s targets go on by their width in a frame."""
+RECEDES = {"motion": "receding"}
+SHADES = {"dark": DARK_ON_LIGHT, "light": LIGHT_ON_DARK}
+SQUARE = {**FRAME, "width": 25.0, "height": 25.0}
+ALONE = {**FRAME, "object": "absent", "background_speed": -SPEEDS_PX_S[0]}
+GROUPS: Mapping[str, tuple[Clip, ...]] = {
+    "dark-looming": _looming("dark-looming", DARK_ON_LIGHT),
+    "light-looming": _looming("light-looming", LIGHT_ON_DARK),
+    "dark-receding": _looming("dark-receding", {**DARK_ON_LIGHT, **RECEDES}),
+    "light-receding": _looming("light-receding", {**LIGHT_ON_DARK, **RECEDES}),
+    "off-centre": tuple(
+        Clip(f"off-centre {angle:+g} deg", "looming", {"l_over_v_s": 0.16, "azimuth_deg": angle, **DARK_ON_LIGHT})
+        for angle in (-20.0, 20.0)
+    ),
+    "low-contrast": _looming("low-contrast", {"grey": 160.0, "background_grey": 200.0}),
+    "translating": tuple(
+        Clip(f"translating {shade} {way} {v:g} px/s", "plain", {**SQUARE, "motion": way, "speed": v, **greys})
+        for (shade, greys), way, v in product(SHADES.items(), OPPOSITE, SPEEDS_PX_S)
+    ),
+    "gratings": _gratings("gratings", CONTRAST),
+    "faint-gratings": _gratings("faint-gratings", CONTRAST / FAINT),
+    "before-grating": _looming("before-grating", BEHIND),
+    "grating-alone": _looming("grating-alone", {**BEHIND, "object": "absent"}),
+    "panning-scenes": tuple(Clip(f"panning {name}", "cluttered", {**ALONE, "background": name}) for name in PANNING),
+    "reverse-phi": tuple(Clip(f"reverse-phi {way}", "reverse-phi", {**FRAME, "motion": way}) for way in OPPOSITE),
+    "small-targets": _targets("small target", "height", SMALL_PX),
+    "tall-targets": _targets("tall target", "height", TALL_PX),
+    "low-targets": _targets("low target", "height", (1.0,)),
+    "timely-targets": _targets("timely target", "speed", (100.0, 200.0, 300.0)),
+    "untimely-targets": _targets("untimely target", "speed", (20.0, 1500.0)),
+    "dark-targets": _targets("dark target", "grey", (0.0,), background_grey=200.0),
+    "light-targets": _targets("light target", "grey", (255.0,), background_grey=55.0),
+    "targets-in-clutter": _targets("target before", "background", PANNING, background_speed=100.0, speed=150.0),
+    "small-targets-30": _targets("small target at 30 Hz", "height", SMALL_PX, **SLOW),
+    "tall-targets-30": _targets("tall target at 30 Hz", "height", TALL_PX, **SLOW),
+    "looming-100": _looming("looming-100", {**DARK_ON_LIGHT, "fps": 100.0}),
+}
+"""Group -> its clips. All are 99x72 px, as seen by the robot's camera."""
+
+
+def names(groups: Iterable[str]) -> tuple[str, ...]:
+    """The names of the clips of some groups."""
+    return tuple(clip.name for group in groups for clip in GROUPS[group])
+
+
+CLIPS: Mapping[str, Clip] = {clip.name: clip for clips in GROUPS.values() for clip in clips}
+"""Every clip, by its name."""
+
 
 Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed"]
 """What is asked of the model's responses to the clips.
@@ -29,14 +110,15 @@ Test = Literal["each", "none", "ratio", "share", "more", "way", "reversed"]
 - ``way``: the strongest potential has the system and the sign of the motion, in at least that share of the clips.
 - ``reversed``: it has the system of the motion and the other sign, in at least that share of the clips.
 """
-Measure = Literal["spikes", "peak", "way"]
-"""A clip's number of spikes; how far the looming potential rises above rest; the largest |HS| or |VS|."""
+Measure = Literal["spikes", "peak", "way", "peak_target", "on_target"]
+"""A clip's number of spikes; how far the looming potential rises above rest; the largest |HS| or |VS|; the strongest
+response to a small target; the share of the frames with a target in which that response is within 5 px of it."""
 REST = 0.5
 """Potential of a looming detector at rest."""
-UNITS: Mapping[Measure, str] = {"spikes": "spikes", "peak": "above rest", "way": "of |HS|, |VS|"}
-OPPOSITE = {"rightward": "leftward", "leftward": "rightward", "downward": "upward", "upward": "downward"}
+UNITS: Mapping[Measure, str] = {"spikes": "spikes", "peak": "above rest", "way": "of |HS|, |VS|",
+                                 "peak_target": "at most", "on_target": "of its frames on the target"}  # fmt: skip
 Groups = tuple[str, ...]
-"""Names of `model_clips.GROUPS`."""
+"""Names of `GROUPS`."""
 
 
 def claim_on_clips(
@@ -65,6 +147,8 @@ def claim_on_clips(
             return float(row["spikes"])
         if measure == "peak":
             return float(row["peak_looming"]) - REST
+        if measure in ("peak_target", "on_target"):
+            return float(row[measure])
         return max(sign * float(row[column]) for column, sign in SIGNED.values())
 
     def text(row: Row) -> str:
@@ -123,7 +207,7 @@ def _unless_silent(outcome: Outcome, responses: Iterable[float]) -> Outcome:
 
 
 LOOMING, LIGHT, RECEDING = ("dark-looming",), ("light-looming",), ("dark-receding", "light-receding")
-ACROSS, GRATINGS = ("translating",), ("gratings",)
+ACROSS, GRATINGS, TIMELY = ("translating",), ("gratings",), ("timely-targets",)
 
 CLAIMS = (
     claim_on_clips("LPLC2-1", "lplc2", "each", "spikes", 1.0, LOOMING),
@@ -159,6 +243,15 @@ CLAIMS = (
     _untested("ARM3-3", "three-arm", "a cell's answer to pairs of flashes is not in HS and VS"),
     claim_on_clips("ARM3-4", "three-arm-4q", "way", "way", 1.0, ACROSS),
     claim_on_clips("ARM3-5", "three-arm-4q", "reversed", "way", 1.0, ("reverse-phi",)),
+    claim_on_clips("ESTMD-1", "estmd:fps=1000", "share", "peak_target", 0.5, ("tall-targets",), ("small-targets",)),
+    claim_on_clips("ESTMD-2", "estmd:fps=1000", "share", "peak_target", 0.8, ("low-targets",), ("small-targets",)),
+    claim_on_clips("ESTMD-3", "estmd:fps=1000", "share", "peak_target", 0.5, ("untimely-targets",), TIMELY),
+    claim_on_clips("ESTMD-4", "estmd:fps=1000", "share", "peak_target", 0.5, ("light-targets",), ("dark-targets",)),
+    claim_on_clips("ESTMD-5", "estmd:fps=1000", "each", "on_target", 0.5, ("targets-in-clutter",)),
+    claim_on_clips("ESTMD-6", "estmd", "share", "peak_target", 0.5, ("tall-targets-30",), ("small-targets-30",)),
+    claim_on_clips("DSTMD-1", "dstmd:fps=1000", "share", "peak_target", 0.5, ("tall-targets",), ("small-targets",)),
+    claim_on_clips("DSTMD-2", "dstmd:fps=1000", "share", "peak_target", 0.5, ("untimely-targets",), TIMELY),
+    claim_on_clips("DSTMD-3", "dstmd:fps=1000", "each", "on_target", 0.5, ("targets-in-clutter",)),
 )  # fmt: skip
 
 

@@ -1,7 +1,5 @@
 """The readings of the paper that were taken where it leaves room, with the claims that each was chosen for."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from experiments.declare.claim import PAPER, claim_ids
@@ -40,7 +38,7 @@ READINGS: Mapping[str, tuple[str, ...]] = {
     # with a nearly identical translating time window" (Fig. 16). Taken is the whole crossing; C29 says the same
     # of one window.
     WINDOW: ("spikes in one time window for all speeds",),
-}  # fmt: skip
+}
 """Reading taken -> the others, in the order in which the report tells them."""
 
 CHOSEN_FOR: Mapping[str, tuple[str, ...]] = {

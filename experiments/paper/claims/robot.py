@@ -4,8 +4,6 @@ A judge tests its claim on every condition that the words cover among the trials
 words are read where they leave room.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -13,10 +11,8 @@ from itertools import pairwise
 from statistics import fmean
 from typing import Any
 
-from experiments.declare.checks import Check, Needs, exceeds, is_number
-from experiments.declare.claim import DSNN
-from experiments.declare.claim import shipped as claim
-from experiments.declare.outcome import Outcome
+from experiments.declare.claim import DSNN, shipped as claim
+from experiments.declare.outcome import Check, Needs, Outcome, exceeds, is_number
 from experiments.judge.judge import Row, Rows, paper_trials
 from experiments.judge.tests import contrast, paired, summarise, trend
 from experiments.store.tables import group
@@ -209,12 +205,7 @@ def of_curves(checks: Sequence[Check], curves: Curves, what: str, first: str, ot
 
 
 @claim(
-    "C13",
-    conditions=DEPTH,
-    reads=("spikes", "peak_hs", "trough_hs"),
-    of_each=True,
-    pools=STRAIGHT,
-    silent_passes=True,
+    "C13", conditions=DEPTH, reads=("spikes", "peak_hs", "trough_hs"), of_each=True, pools=STRAIGHT, silent_passes=True
 )
 def c13(rows: Rows, threshold: float) -> Outcome:
     """Judge motion along the optical axis, at any speed: every such trial of a replicate, of all its experiments.

@@ -15,7 +15,7 @@ from colias_sim.envs.options import EnvOptions, checked
 from colias_sim.envs.randomise import FACTORS
 from colias_sim.scene import compile_model
 from tests.helpers.envs import FIXATION, bare, every_env, fingerprint
-from tests.truth.flow import moved
+from tests.helpers.flow import moved
 
 OPTOMOTOR, AVOIDANCE = "colias_sim/Optomotor-v0", "colias_sim/Avoidance-v0"
 EYE = "ov7670"

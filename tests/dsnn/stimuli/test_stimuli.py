@@ -37,7 +37,7 @@ def centroid(weights):
 @pytest.mark.parametrize("name", STIMULI)
 def test_other_seeds_give_other_frames_where_something_is_random(name):
     one, other = (lumas(stimulus(name, seed=seed, fps=10, **SMALL)) for seed in (1, 2))
-    random = name in ("cluttered", "grating", "dots", "reverse-phi", "foliage", "street")
+    random = name in ("cluttered", "grating", "dots", "reverse-phi", "foliage", "street", "target")
     assert np.array_equal(one, other) != random
 
 
@@ -331,3 +331,27 @@ def test_a_value_that_is_not_legal_is_named(name):
     for changes in REFUSED[name]:
         with pytest.raises(ValueError, match=next(iter(changes))):
             stimulus(name, **changes)
+
+
+@pytest.mark.parametrize(("turn", "shift"), [(0.0, 0.0), (0.0, 45.0), (135.0, -30.0), (270.0, 60.0)])
+def test_a_target_is_painted_at_its_box_and_its_speed_is_relative_to_the_clutter(turn, shift):
+    """By what it changes in the picture; having left the frame on one side it enters it on the other."""
+    common = {"direction_deg": turn, "background_speed": shift, "width": 4.0, "height": 2.5, "speed": 90.0}
+    with_it, without = (stimulus("target", 3, object=kind, **common) for kind in ("present", "absent"))
+    places, outside = [], 0
+    for frame, bare in zip(with_it, without, strict=True):
+        box, changed = frame.truth.box, np.abs(frame.luma.astype(float) - bare.luma)
+        outside += box is None
+        assert bare.truth.box is None and (changed.sum() > 0) == (box is not None)
+        if box and min(box.left, box.top, 99 - box.left - box.width, 72 - box.top - box.height) > 0:
+            x, y = centroid(changed / np.maximum(bare.luma, 1.0))
+            assert abs(x - (box.left + 2.0)) < 0.35 and abs(y - (box.top + 1.25)) < 0.35
+            places.append((box.left, box.top))
+    steps = np.diff(places, axis=0)
+    angle = math.radians(turn)
+    expected = np.array([90.0 * math.cos(angle) + shift, 90.0 * math.sin(angle)]) / 30.0
+    alike = np.abs(steps - expected).max(axis=1) < 1e-9
+    assert outside and alike.sum() > len(alike) - 6, "but for its entries"
+    moved = with_it[1].truth
+    assert moved.background_velocity == (shift, 0.0)
+    assert np.subtract(moved.velocity, expected * 30.0) == pytest.approx([0.0, 0.0], abs=1e-8)

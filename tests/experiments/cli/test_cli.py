@@ -42,7 +42,7 @@ def test_tables_hold_every_trial_and_frame(finished):
     assert (trials.schema, frames.schema) == (TRIAL_SCHEMA | set_otherwise, FRAME_SCHEMA)
     assert trials["trial"].to_list() == list(range(8)) and frames.height == trials["frames"].sum()
     means = trials.group_by("direction", "speed_cm_s").agg(pl.col("spikes").mean())["spikes"]
-    assert all(f"{mean:g}" in printed for mean in means) and "not judged: C15" in printed
+    assert all(f"{mean:g}" in printed for mean in means)
 
 
 def test_figures_note_the_code_of_their_run_and_are_drawn_again(finished, tmp_path):
@@ -113,7 +113,7 @@ def test_a_folder_of_runs_is_not_repeated(mine):
 WRONG = {
     "number": (("run", "speed", "--repeats", "two"), "--repeats"),
     "folder": (("run", "speed", "--out", "/dev/null/x"), "/dev/null/x"),
-    "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "arena ends"),
+    "wall": (("run", "distance", "--set", "camera.hfov_deg=150"), "45"),
     "view": (("view", "absent", "--web"), "absent"),
     "screen": (("view", "bright"), "needs a screen"),
     "command": (("rum",), "run"),

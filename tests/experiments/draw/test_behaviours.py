@@ -31,6 +31,15 @@ def test_a_title_names_the_best_only_where_no_interval_of_the_others_reaches_it(
     assert {name for name in ("one", "two", "three") if name in words} == set(best)
 
 
+def test_without_intervals_of_returns_a_title_tells_what_those_of_collisions_do():
+    rates = [("one", 30.0, 4.0, 90.0), ("two", 0.0, 0.0, 2.0), ("three", 1.0, 0.1, 5.0), ("four", 2.0, 0.5, 6.0)]
+    for least, found in ((4.0, {"two", "1", "3"}), (1.0, set())):
+        columns = ("behaviour", "value", "ci_low", "ci_high")
+        scores = pl.DataFrame([(*rates[0][:2], least, 90.0), *rates[1:]], columns, orient="row")
+        table = scores.with_columns(measure=pl.lit("collisions/min"), env=pl.lit(PURSUIT))
+        assert {word for word in finding(table).split() if word in "one two three four 1 2 3 4"} == found
+
+
 def test_measures_and_paths_are_the_tables_and_stand_with_their_behaviour(capsys):
     """A stroke for each episode, a dot with its interval for each measure; a cross where a path ended by touching."""
     rng, names = np.random.default_rng(0), ("one", "two", "three")

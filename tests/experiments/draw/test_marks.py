@@ -94,7 +94,7 @@ def test_the_marks_of_a_recording_are_the_spikes_of_its_table(kind: Callable[[],
 
 @pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="no viser: run 'sh tools/setup.sh --live'")
 def test_the_traces_of_the_live_page_have_the_spikes_of_each_channel_with_their_signs():
-    from experiments.live.drawing import Traces
+    from experiments.live.page import Traces
 
     chosen = choose("dsnn")
     runner = SimpleNamespace(chosen=chosen, network=chosen.network, label="dsnn")

@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 from scipy import stats
 
-from experiments.draw import findings, robot, style
+from experiments.draw import robot, style
 from experiments.judge.tests import summarise
 from experiments.show.excitation import BALANCED, CURVES, MOTION, PARTS, WHOLE
 from tests.helpers.figure_rows import SPEEDS, bearings, drawn_robot, potential, robot_frames, robot_rows, threshold
@@ -37,7 +37,7 @@ def test_a_title_orders_no_means_whose_intervals_overlap(seed):
     levels = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0][: 2 + seed % 5]
     centres = np.sort(rng.normal(0.0, (0.1, 3.0, 30.0)[seed % 3], len(levels)))[:: (-1) ** (seed % 2)]
     samples = [list(rng.normal(centre, 1.0, 3 + seed % 6)) for centre in centres]
-    text = findings.order(levels, samples, *findings.unit(SPEED))
+    text = style.order(levels, samples, *style.unit(SPEED))
     steps = list(itertools.pairwise(samples))
     if "rises" in text or "falls" in text:
         assert all(separate(*step) if "rises" in text else separate(*step[::-1]) for step in steps)
@@ -61,7 +61,7 @@ def test_a_title_finds_nothing_where_there_are_no_intervals(count, more):
 
 
 def test_a_title_of_one_mean_has_its_interval():
-    text, one = findings.order([2.0], [[1.0, 2.0, 6.0]], "speed"), summarise([1.0, 2.0, 6.0])
+    text, one = style.order([2.0], [[1.0, 2.0, 6.0]], "speed"), summarise([1.0, 2.0, 6.0])
     assert list(map(float, re.findall(r"-?[\d.]+", text))) == pytest.approx([one.value, one.low, one.high], rel=0.01)
 
 
@@ -234,4 +234,4 @@ def test_the_paper_s_panels_show_the_first_model_of_its_four_experiments():
                 levels.setdefault(row[column], []).append(row["spikes"])
             (line,) = (line for line in axes.lines if line.get_label() == "spikes")
             assert [*line.get_xdata()] == [*levels] and [*line.get_ydata()] == [*map(np.mean, levels.values())]
-            assert axes.get_xlabel() == findings.axis(column) and name.split("-")[-1] in axes.get_title("left").lower()
+            assert axes.get_xlabel() == style.axis(column) and name.split("-")[-1] in axes.get_title("left").lower()

@@ -1,10 +1,8 @@
 """What commands print of verdicts."""
 
-from experiments.base import console
-from experiments.declare.checks import Check
 from experiments.declare.claim import Claim
-from experiments.declare.outcome import Outcome
-from experiments.draw.terminal import not_run, show_verdicts
+from experiments.declare.outcome import Check, Outcome
+from experiments.draw.terminal import not_run
 from experiments.judge.verdict import verdict_of
 
 
@@ -17,8 +15,3 @@ def test_a_verdict_s_row_has_its_number_and_bound_and_those_that_were_not_run_sh
         ("3.25 spikes", "above 2"), ("1.5 spikes", "above 2"), ("", ""), ("", ""),
     ]  # fmt: skip
     assert not_run(verdicts) == "N3, N4 (needs more)"
-    with console.out_console.capture() as printed:
-        show_verdicts(verdicts)
-    rows = [line.split() for line in printed.get().splitlines()]
-    assert [row[0] for row in rows if row[-2:] == ["above", "2"]] == ["N1", "N2"]
-    assert [row[:2] for row in rows].count(["N2", "fails:"]) == 1 and ["N1", "holds:"] not in [row[:2] for row in rows]

@@ -17,8 +17,7 @@ from experiments.cli import main
 from experiments.draw import video
 from experiments.draw.video import Canvas, Reel, changes, film_times, make, moments, strip
 from experiments.kinds.episodes import load_behaviour
-from experiments.show.episodes import play
-from experiments.show.episodes import record as record_episode
+from experiments.show.episodes import play, record as record_episode
 from experiments.store.recordings import pictures_of, recording
 from tests.experiments.show.test_record import CONTENT, written
 from tests.experiments.show.test_trial import spec
@@ -80,7 +79,6 @@ def test_a_frame_has_the_picture_the_robots_and_the_traces_of_its_time(trial):
             shown = frame[pixel(panels[SEEN], column, row)][0]
             assert abs(int(shown) - int(image[row, column])) <= 1
         assert float(canvas.figure.texts[-1].get_text().split()[0]) == pytest.approx(time_s, abs=0.006)
-        assert np.ptp(panels["plan"].lines[1].get_xdata()) == pytest.approx(10.0), "the bar of 10 cm"
         circles = [patch for patch in panels["plan"].patches if isinstance(patch, Circle)]
         lines = panels["plan"].lines[-2 * len(circles) :]
         for name, body, trail, nose in zip(reversed(reel.tracks), circles, lines[::2], lines[1::2], strict=True):
@@ -171,8 +169,6 @@ def test_a_strip_has_the_pictures_of_its_moments(trial, tmp_path):
     result, reel = trial
     strip(reel, tmp_path / "strip.png", 3)
     assert cv2.imread(str(tmp_path / "strip.png")).shape[1] == 1800
-    (lane,) = Canvas(reel, (1800, 900), [0.5]).lanes.values()
-    assert {f"T = {max(reel.levels['dsnn']):g}"} <= {text.get_text() for text in lane.texts}
     times = reel.time_s[[0, result.frames // 2, -1]].tolist()
     canvas = Canvas(reel, (1800, 900), times)
     canvas.strip(times, list(reel.seen(times)))

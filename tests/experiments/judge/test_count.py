@@ -5,8 +5,8 @@ import itertools
 import pytest
 
 from experiments.declare.outcome import REASONS
-from experiments.judge.count import Count, count
 from experiments.judge.tests import proportion_interval
+from experiments.judge.verdict import Count, count
 from experiments.paper.page import totals
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from experiments.judge.motion import LEAST_FRAMES, LEAST_SECONDS, LEVEL, grades
 from experiments.paper.claims.footage import c12, stronger
-from experiments.show.flow import mean_flow
+from experiments.show.video import mean_flow
 from tests.helpers.footage import street
 
 T_SP, RATE, SECONDS = 0.16, 30.0, 40

@@ -2,7 +2,7 @@
 
 import pytest
 
-from experiments.judge.measures import MEASURES, measured
+from experiments.judge.sweep import MEASURES, measured
 
 POTENTIAL, COUNT, PEAK = (MEASURES[name].of for name in ("peak-speed-potential", "peak-speed-count", "peak-hs"))
 SPEEDS = (2.0, 6.0, 15.0, 30.0)

@@ -3,7 +3,7 @@
 import pytest
 
 from experiments import Check, Claim, Clip, Experiment, OfflineExperiment, Outcome, Translation, decide
-from experiments.declare.checks import strength
+from experiments.declare.outcome import strength
 from experiments.judge.judge import judge
 from tests.experiments.judge.test_judges import rows as judged_rows
 

@@ -5,9 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.declare.checks import Check
 from experiments.declare.claim import PAPER, claim_ids
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 from experiments.kinds import registry, sweep, sweep_plan
 from experiments.kinds.registry import claims_on
 from experiments.paper.claims.clips import ASSUMED, compared
@@ -15,13 +14,18 @@ from experiments.paper.claims.readings import CHOSEN_FOR, DELAYS, READINGS, UNIT
 from experiments.paper.claims.robot import FALLING
 from experiments.paper.clips import CLUTTER_SPEED, PER_FRAME, prefix
 from experiments.paper.reproduce import other_readings
-from experiments.paper.studies.clips import CONSTANTS_2017, CONSTANTS_EMD, along, compares_with, with_constants
-from experiments.paper.studies.clips import SENSITIVITY as ON_CLIPS
+from experiments.paper.studies.clips import (
+    CONSTANTS_2017,
+    CONSTANTS_EMD,
+    SENSITIVITY as ON_CLIPS,
+    along,
+    compares_with,
+    with_constants,
+)
 from experiments.paper.studies.robot import SENSITIVITY as ON_ROBOT
 from tests.experiments.judge.test_replicates import planned_rows
 from tests.helpers.clip_rows import enough, speed_responses
-from tests.helpers.paper import every as every_of
-from tests.helpers.paper import first
+from tests.helpers.paper import every as every_of, first
 from tests.helpers.plans import planned
 
 CLAIMS = claims_on("clips")

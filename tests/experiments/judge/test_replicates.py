@@ -7,13 +7,12 @@ import pytest
 from experiments import Outcome
 from experiments.declare.claim import POTENTIALS, Claim, texts
 from experiments.declare.conditions import CONDITION_COLUMNS
-from experiments.judge.count import Count
 from experiments.judge.judge import SIGNED
 from experiments.judge.replicates import Replicate, of_model, of_models
+from experiments.judge.verdict import Count
 from experiments.kinds.registry import claims_on, find_claim
 from experiments.paper import reproduce
-from tests.experiments.judge.test_judges import enough as trials_of
-from tests.experiments.judge.test_judges import outcome
+from tests.experiments.judge.test_judges import enough as trials_of, outcome
 from tests.helpers import clip_rows
 from tests.helpers.clip_rows import enough
 from tests.helpers.paper import design, every

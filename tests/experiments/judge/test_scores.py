@@ -11,7 +11,7 @@ from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.judge.scores import free_distance, mean, mean_difference, rate, rate_ratio, scores, summary, verdicts
 from experiments.kinds.registry import claims_on
 from experiments.paper.claims.behaviours import LGMD_EPISODES
-from experiments.paper.scale import FULL, QUICK, USUAL
+from experiments.paper.page import FULL, QUICK, USUAL
 from tests.helpers.episodes import STILL, gaze, judged, outcomes, rows
 
 CLAIMS = claims_on("behaviours").values()

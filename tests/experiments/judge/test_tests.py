@@ -5,8 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as some
+from hypothesis import given, settings, strategies as some
 from scipy import stats
 
 from dsnn.stimuli import stimulus
@@ -173,8 +172,10 @@ def test_a_summary_of_known_numbers(values, mean, median, sd):
     assert (row["n"], row["mean"], row["median"]) == (len(values), mean, median)
     assert row["sd"] == (sd and pytest.approx(sd, abs=0.01))
     assert (row["ci_low"] is None) == (len(values) < 3)
-    if len(values) == 3:  # t of 2 degrees of freedom is 4.303 at 97.5 %
-        assert summarise(values).high - mean == pytest.approx(4.303 / 3**0.5, abs=1e-3)
+    if len(values) == 3:  # t of 2 degrees of freedom is 4.303 at 97.5 %; what can be negative is not cut at 0
+        half, (signed,) = 4.303 / 3**0.5, summary_rows([{"spikes": v} for v in values], (), ["spikes"], ["spikes"])
+        assert (row["ci_low"], row["ci_high"]) == pytest.approx((0.0, mean + half), abs=1e-3)
+        assert (signed["ci_low"], signed["ci_high"]) == pytest.approx((mean - half, mean + half), abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,7 @@ import itertools
 
 from experiments import Outcome
 from experiments.declare.outcome import REASONS, together
-from experiments.judge.count import Count
-from experiments.judge.verdict import verdict_of
+from experiments.judge.verdict import Count, verdict_of
 from experiments.kinds.registry import find_claim
 
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 from experiments.base.files import plain
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
 from experiments.kinds.tables import KINDS
 from experiments.store.asked import Asked
 from tests.helpers.user_files import MODEL
@@ -61,7 +61,7 @@ def trials_of(plan):
 
 FRESH = """
 import json, sys
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
 from experiments.store.asked import Asked
 from tests.experiments.kinds.test_asked import trials_of
 stored = json.load(sys.stdin)

@@ -7,7 +7,7 @@ import pytest
 
 from experiments import Check, Claim
 from experiments.declare.clip import Clip, OfflineExperiment
-from experiments.judge.count import Count
+from experiments.judge.verdict import Count
 from experiments.kinds import registry
 from experiments.kinds.clips import verdicts
 from experiments.kinds.registry import claims_on

@@ -15,7 +15,7 @@ from experiments.kinds import registry, sweep
 from experiments.kinds.registry import shipped_study
 from experiments.paper import reproduce
 from experiments.paper.clips import FASTER as SPEEDS
-from experiments.paper.scale import FULL, USUAL
+from experiments.paper.page import FULL, USUAL
 from experiments.paper.studies import onboard
 from experiments.paper.studies.clips import BACKGROUND, BEHIND, at_speed
 from experiments.paper.studies.detectors import EDGE, PANEL, THRESHOLDS, collisions, moving_edge, spikes_in_a_row

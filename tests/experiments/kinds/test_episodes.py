@@ -7,7 +7,7 @@ from experiments import UsageError, load, score
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR
 from experiments.kinds import episodes as behave
 from experiments.kinds.episodes import env_options
-from experiments.kinds.kind import perform
+from experiments.kinds.result import perform
 from experiments.paper import reproduce
 from experiments.paper.behaviours import GROUPS
 from experiments.store.asked import Asked
@@ -22,19 +22,19 @@ def planned(*behaviours, episodes=None, seed=0, values=None, **options):
 
 def test_a_plan_has_the_baselines_of_its_env():
     plan = planned("optomotor", episodes=2, values={"robots": "3", "arena": "bright"}, env="Avoidance")
-    assert plan.declared.names == ("optomotor", *ENVS[AVOIDANCE].baselines)
-    assert plan.document()["options"] == {"robots": 3, "arena": "bright"} and plan.declared.reference == "optomotor"
+    assert plan.declared == ("optomotor", *ENVS[AVOIDANCE].baselines)
+    assert plan.document()["options"] == {"robots": 3, "arena": "bright"} and plan.resolved["reference"] == "optomotor"
 
 
 def test_a_group_is_played_at_the_same_seeds_with_what_it_is_compared_with():
     plan = planned("escape", episodes=2, seed=7)
-    played_by = plan.declared.names
-    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and plan.declared.reference == "hybrid"
+    played_by = plan.declared
+    assert played_by == (*GROUPS["escape"], "hybrid", "straight") and plan.resolved["reference"] == "hybrid"
     seeds = [tuple(trial.seed for trial in plan.trials if trial.condition == name) for name in played_by]
     assert set(seeds) == {(7, 8)}
-    assert planned("escape", baselines=False).declared.names == GROUPS["escape"]
+    assert planned("escape", baselines=False).declared == GROUPS["escape"]
     pilot = planned("hybrid", "lgmd", episodes=3, seed=1000, baselines=False)
-    assert pilot.declared.names == ("hybrid", "lgmd")
+    assert pilot.declared == ("hybrid", "lgmd")
     assert sorted(trial.index for trial in pilot.trials) == list(range(6))
 
 

@@ -5,16 +5,13 @@ import json
 import polars as pl
 import pytest
 
-from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from experiments.base.templates import render
 from experiments.declare.clip import Clip
-from experiments.declare.conditions import Condition
 from experiments.kinds.clips import play_clip
 from experiments.settings.models import choose
-from experiments.settings.settings import Settings
 from experiments.show.clips import ClipTrial
 from experiments.show.play import play
-from experiments.show.robot import RobotTrial
+from tests.experiments.show.test_trial import spec
 from tests.helpers import user_files
 from tests.helpers.envs import end_after
 
@@ -65,9 +62,7 @@ def write_model(folder, instead: str) -> None:
 
 
 def trial_of(models):
-    condition = Condition("translation", "rightward", 35.0, 8.0)
-    settings = Settings(models, RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
-    return play(RobotTrial("test", 0, 0, 7, condition, settings))
+    return play(spec(35.0, models=models))
 
 
 def clip_of(models):

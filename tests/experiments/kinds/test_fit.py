@@ -9,8 +9,7 @@ import pytest
 import experiments
 from experiments.base.errors import UsageError
 from experiments.cli import main
-from experiments.declare.checks import Check
-from experiments.declare.outcome import Outcome
+from experiments.declare.outcome import Check, Outcome
 from experiments.declare.study import Fit, Study
 from experiments.draw import fit as report
 from experiments.judge.sweep import MOST_SLACK, slack

@@ -23,8 +23,7 @@ from experiments.show import video
 from experiments.show.play import Showing
 from experiments.show.video import VideoSource, usual_size
 from tests.dsnn.test_video import ARROW, CASES, written
-from tests.helpers.footage import FPS, street
-from tests.helpers.footage import film as filmed
+from tests.helpers.footage import FPS, film as filmed, street
 from tests.helpers.recordings import columns
 
 CLIP = street(movers="opposite")

@@ -155,8 +155,7 @@ def refused(done, says: str) -> bool:
     return (done.returncode, done.stderr.count("\n")) == (2, 1) and says in done.stderr
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("missing", [False, True])
+@pytest.mark.parametrize(("kind", "missing"), [("clips", False), *((kind, True) for kind in KINDS)])
 def test_an_edited_file_of_one_s_own_is_refused(mine, kind, missing):
     """The edited file is a module that the named one imports; its size and, to the second, its time stay."""
     assert mine(*KINDS[kind]).returncode == 0
@@ -240,8 +239,6 @@ def test_a_project_whose_folder_was_renamed_resumes_and_is_repeated(kind, mine, 
     begin(after)
     resumed = pl.read_parquet("out/trials.parquet")
     assert resumed.drop("wall_s", strict=False).equals(whole.drop("wall_s", strict=False))
-    twice = Colias(tmp_path)("run", "--again", "after/out", "--out", "twice", "--workers", "0", "-q")
-    assert (twice.returncode, twice.stdout.split(":")[0]) == (0, "equal"), twice.stderr
     (after / "gains.py").write_text("GAIN = 0.02\n")
     edited = Colias(tmp_path)("run", "--again", "after/out", "--out", "edited", "--workers", "0", "-q")
     assert "gains.py" in edited.stderr and "mine.py" not in edited.stderr

@@ -17,7 +17,7 @@ from experiments.declare.behaviour import WHEELS, TrainedPolicy, load_policy, se
 from experiments.judge.scores import SUMMARY
 from experiments.kinds import training as train
 from experiments.kinds.episodes import load_behaviour
-from experiments.kinds.kind import perform
+from experiments.kinds.result import perform
 from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 

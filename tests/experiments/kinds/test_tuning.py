@@ -12,7 +12,7 @@ from experiments.base.palette import TITLES
 from experiments.draw.tuning import LABELS, MEASURES, draw
 from experiments.judge import curves
 from experiments.kinds import tuning as tune
-from experiments.kinds.kind import perform
+from experiments.kinds.result import perform
 from experiments.kinds.tuning import CROSSES, LOOMS, RECEDES
 from experiments.store.asked import Asked
 from experiments.store.workers import Workers

@@ -13,7 +13,7 @@ from experiments.declare.clip import Clip
 from experiments.declare.experiment import Translation
 from experiments.draw import scoreboard
 from experiments.judge.judge import SIGNED
-from experiments.kinds.kind import perform
+from experiments.kinds.result import perform
 from experiments.paper import boards as board
 from experiments.paper.boards import DIRECTION, LOOMING, RESPONSES
 from experiments.paper.claims.clips import answer

@@ -6,8 +6,7 @@ import pytest
 
 from dsnn import MODELS
 from experiments.base.errors import UsageError
-from experiments.paper.claims.model_clips import CLIPS, GROUPS, names
-from experiments.paper.claims.models import claim_on_clips, model_claims
+from experiments.paper.claims.models import CLIPS, GROUPS, claim_on_clips, model_claims, names
 from experiments.paper.reproduce import claims_of, judge_models
 from experiments.store.workers import Workers
 
@@ -44,7 +43,8 @@ def test_every_clip_is_what_the_robot_s_camera_would_see():
     for group, clips in GROUPS.items():
         for clip in clips:
             built = clip.build(0)
-            assert built.shape == (72, 99) and built.fps == (100 if group == "looming-100" else 30)
+            rate = 1000 if "target" in group and "30" not in group else 100 if group == "looming-100" else 30
+            assert built.shape == (72, 99) and built.fps == rate
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,9 @@ from experiments.judge.judge import judge
 from experiments.judge.sweep import read
 from experiments.judge.tests import mcnemar
 from experiments.kinds import sweep
-from experiments.kinds.kind import perform
 from experiments.kinds.registry import find_claim
 from experiments.paper.studies import why
 from experiments.store.asked import Asked
-from experiments.store.workers import Workers
 from tests.experiments.judge.test_judges import enough, rows
 from tests.experiments.judge.test_replicates import rows_of
 
@@ -81,12 +79,3 @@ def test_cells_are_compared_in_pairs_of_replicates():
                and row["first"].startswith("off, 30") and row["second"].startswith("on, 15")]  # fmt: skip
     assert (pair["replicates"], pair["both"], pair["first only"], pair["second only"]) == (20, 0, 0, 20)
     assert pair["p"] == pytest.approx(2 / 2**20)
-
-
-def test_a_small_part_of_the_map_runs(tmp_path):
-    axes = {"gamma": {"on": why.GAMMA["on"]}, "steps a second": {"30": (), "15": why.STEPS["15"]},
-            "floor": {"0.81": why.FLOOR["0.81"]}, "low-pass": why.LOWPASS}  # fmt: skip
-    plan = planned(**FEW | {"axes": axes, "replicates": 2})
-    run = perform(plan, tmp_path / "why", Workers(0, quiet=True))
-    assert run.done == 8 and run.outcomes.height == 4 * 2 * 3 and set(run.trials["steps a second"]) == {30.0, 15.0}
-    assert set(run.trials.filter(run.trials["steps a second"] == 30.0)["phase"]) == {0}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.robot import export, firmware, qemu
+from experiments.robot import export, firmware
 from tests.helpers.firmware import needs_tools
 
 SMALL = {"chip.columns": "33", "chip.rows": "24"}
@@ -33,7 +33,7 @@ def test_what_is_exported_compiles_clean_and_responds_as_the_host_does_bit_for_b
     """For the robot, for QEMU and for this computer; the Makefile has -std=c99 -Wall -Wextra -Werror."""
     make(exported, "all", "qemu", "host")
     program = firmware.program(SMALL)
-    with closing(qemu.Emulator(exported / "build" / "qemu.elf")) as running:
+    with closing(firmware.Emulator(exported / "build" / "qemu.elf")) as running:
         table = firmware.compare(program, running, list(firmware.clips((24, 33), 50).items()))
     assert not firmware.differing(table).height and (table["hs_spikes"] != 0).sum() > 50
     noise = table.filter(clip="noise").select(firmware.CHANNELS)
@@ -66,6 +66,7 @@ def test_two_budgets_of_one_program_are_equal_and_that_of_the_paper_is_the_one_k
     assert firmware.measure(firmware.program(SMALL)) == firmware.measure(firmware.program(SMALL))
     row = firmware.measure(firmware.program(), 2)
     assert row["left"] - firmware.ChipSettings().robot_ram == 2808 and row["memory"] == "fits"
+    assert sum(row[name] for name in (*firmware.RAM, "left")) == 256 * 1024
     assert (row["states"], row["ring"]) == (195_464, 3 * 2 * 99 * 72)
 
 

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import polars as pl
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 import experiments
 from dsnn.onboard.model import OnboardDSNN
 from experiments.cli import main
-from experiments.robot import export, firmware, serial
+from experiments.robot import export, firmware
 from tests.helpers.firmware import needs_tools
 from tests.helpers.native_cases import COMPILER, NATIVE, STRICT
 
@@ -40,9 +39,9 @@ class Record(ctypes.Structure):
 
 def line(kind: str, *fields: int | str | None) -> bytes:
     """A record as ``record.c`` writes it; ``None`` is no value. What that refuses is a ``ValueError``."""
-    texts = [serial.NONE if value is None else str(value) for value in (kind, *fields)]
+    texts = [firmware.NONE if value is None else str(value) for value in (kind, *fields)]
     content = ",".join(texts).encode("ascii")
-    whole = b"$%b*%04X\r\n" % (content, serial.crc(content))
+    whole = b"$%b*%04X\r\n" % (content, firmware.crc(content))
     if not all(map(WORD.fullmatch, texts)) or len(whole) > LONGEST:
         raise ValueError(f"record {kind}: too long, or a word with another character than a-z, 0-9 and -")
     return whole
@@ -61,7 +60,7 @@ def sent(name: str = "stm32f427") -> list[bytes]:
 
 def test_the_checksum_is_the_one_of_the_catalogues():
     """CRC-16/CCITT-FALSE."""
-    assert serial.crc(b"123456789") == 0x29B1
+    assert firmware.crc(b"123456789") == 0x29B1
 
 
 @pytest.fixture(scope="module")
@@ -104,9 +103,9 @@ def test_records_in_c_are_those_in_python_under_the_sanitizers(c_record, fields)
 
 
 def test_what_was_sent_is_decoded():
-    frames, board, damaged = serial.decode(b"".join(sent()))
+    frames, board, damaged = firmware.decode(b"".join(sent()))
     values = (1, "stm32f427", 33, 24, TRIALS, FRAMES, 40_000, 180_000_000, 5, "dwt")
-    assert board == {**dict(zip(serial.BOARD, values, strict=True)), "bytes": 604} and damaged == 0
+    assert board == {**dict(zip(firmware.BOARD, values, strict=True)), "bytes": 604} and damaged == 0
     assert frames.rows() == EXPECTED
 
 
@@ -118,7 +117,7 @@ def test_a_flipped_bit_costs_its_own_record_alone(place, data):
     content = bytearray(lines[place])
     content[data.draw(st.integers(0, len(content) - 3))] ^= 1 << data.draw(st.integers(0, 7))
     lines[place] = bytes(content)
-    frames, board, damaged = serial.decode(b"".join(lines))
+    frames, board, damaged = firmware.decode(b"".join(lines))
     assert damaged and ("board" in board) == (place != 0)
     assert frames.rows() == [row for index, row in enumerate(EXPECTED, 1) if index != place]
 
@@ -133,27 +132,27 @@ FOREIGN = (
 
 @pytest.mark.parametrize("content", FOREIGN)
 def test_a_record_of_another_firmware_is_skipped_and_counted(content):
-    foreign = b"$%b*%04X\r\n" % (content.encode(), serial.crc(content.encode()))
-    frames, board, skipped = serial.decode(b"".join([*sent(), foreign]))
+    foreign = b"$%b*%04X\r\n" % (content.encode(), firmware.crc(content.encode()))
+    frames, board, skipped = firmware.decode(b"".join([*sent(), foreign]))
     assert frames.rows() == EXPECTED and board["board"] == "stm32f427" and skipped == 1
-    assert serial.log_of(frames, board)["time_s"][0] == 0.04
+    assert firmware.log_of(frames, board)["time_s"][0] == 0.04
 
 
 def test_what_one_run_of_the_board_lost_another_has():
     lines = sent()
-    assert serial.decode(b"".join(lines[:3] + lines))[0].rows() == EXPECTED
+    assert firmware.decode(b"".join(lines[:3] + lines))[0].rows() == EXPECTED
     earlier = line("frame", *EXPECTED[0][:-1], 7)
-    assert serial.decode(b"".join([lines[0], earlier, *lines]))[0].rows() == EXPECTED, "a frame counts as sent last"
+    assert firmware.decode(b"".join([lines[0], earlier, *lines]))[0].rows() == EXPECTED, "a frame counts as sent last"
     other = [*sent("another")[:1], line("frame", TRIALS, *EXPECTED[0][1:])]
-    assert serial.decode(b"".join(other + lines))[0].rows() == EXPECTED, "frames of another program do not"
+    assert firmware.decode(b"".join(other + lines))[0].rows() == EXPECTED, "frames of another program do not"
 
 
 @pytest.mark.parametrize(("lost", "name", "origin"), [
     (False, "stm32f427", "robot"), (False, "qemu-mps2-an386", "simulation"), (True, "stm32f427", "simulation"),
 ])  # fmt: skip
 def test_a_log_is_the_robots_only_where_a_board_says_so(lost, name, origin):
-    frames, board, _ = serial.decode(b"".join(sent(name=name)[lost:]))
-    log = serial.log_of(frames, board)
+    frames, board, _ = firmware.decode(b"".join(sent(name=name)[lost:]))
+    log = firmware.log_of(frames, board)
     assert set(log["origin"]) == {origin}
     assert log["time_s"][0] == (0.033333 if lost else 0.04), "the board says how long a frame takes"
 
@@ -168,7 +167,7 @@ def test_the_program_that_measures_itself_responds_as_the_host_does_bit_for_bit(
     assert done.returncode == 0, done.stderr
     monkeypatch.chdir("out")
     assert main.command(["firmware", "decode", "build/serial.txt", "--out", "measured"]) == 0
-    frames, _, damaged = serial.decode(Path("build/serial.txt").read_bytes())
+    frames, _, damaged = firmware.decode(Path("build/serial.txt").read_bytes())
     assert damaged == frames["cycles"].count() == 0
     model, expected = OnboardDSNN(program[1].shape, program[0]), []
     for trial, name in enumerate(export.SHOWN):

@@ -7,17 +7,17 @@ import numpy as np
 import polars as pl
 import pytest
 
-from colias_sim import CameraConfig, RobotConfig, SceneConfig
-from experiments import run
+from colias_sim import CameraConfig
+from experiments import run, watch
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.conditions import Condition
 from experiments.settings.models import CONTROLS
-from experiments.settings.settings import Settings, watchers
-from experiments.show.clips import open_clip
+from experiments.settings.settings import watchers
+from experiments.show.clips import open_clip, trials_of
 from experiments.show.controls import Replay, controls
 from experiments.show.play import play, show
-from experiments.show.robot import RobotTrial
 from experiments.store.tables import without_controls
+from tests.experiments.show.test_trial import trial_of
 
 SMALL = {"rows": 40, "columns": 56, "width": 10.0, "height": 16.0, "speed": 120.0, "rest_s": 0.1}
 CLIPS = {way: Clip(way, "plain", {**SMALL, "motion": way}) for way in ("rightward", "leftward", "upward")}
@@ -66,8 +66,6 @@ def test_the_mirror_of_the_mirror_is_the_original_and_turns_the_sign_of_a_symmet
 
 
 def clip_trial(clip):
-    from experiments.show.clips import trials_of
-
     return trials_of(OfflineExperiment("e", "of the tests", [clip], ("emd",)), watchers(("emd",)), 1, 0)[0]
 
 
@@ -86,9 +84,8 @@ def test_a_trembling_camera_trembles_when_the_object_is_away_and_the_background_
 
 def test_without_the_stimulus_a_trial_shows_the_arena_alone_and_the_trial_itself_is_as_without_controls():
     still = CameraConfig(read_noise=0.0, shot_noise=0.0)
-    settings = Settings(watchers(("dsnn",)), RobotConfig(), still, SceneConfig(), 1.0, 1.0)
     condition = Condition("approach", "straight", 35.0, 8.0, far_cm=20.0, angle_deg=0.0)
-    trial = RobotTrial("test", 0, 0, 7, condition, settings)
+    trial = trial_of(condition, 7, camera=still)
     shown, *others = show(dataclasses.replace(trial, controls=controls))
     (before,) = show(trial)
     np.testing.assert_array_equal(images(shown.samples), images(before.samples))
@@ -130,8 +127,6 @@ def test_a_controls_row_has_its_models_parameters_and_a_word_needs_chance(both):
 
 
 def test_footage_has_numbers_of_its_controls_and_no_word(tmp_path):
-    from experiments import watch
-
     seen = watch("plain", settings={f"plain.{name}": value for name, value in SMALL.items()}, controls=True, quiet=True,
                  models=["emd"], only=True, recordings=False, out=tmp_path / "w")  # fmt: skip
     hs = seen.controls.filter(response="hs").row(0, named=True)

@@ -11,9 +11,10 @@ from colias_sim.envs.measures import optomotor_gain
 from dsnn import Response
 from experiments import Behaviour, RecordRerun, UsageError
 from experiments.declare.behaviour import AVOIDANCE, FIXATION, OPTOMOTOR, PURSUIT
-from experiments.kinds.episodes import load_behaviour
+from experiments.kinds.episodes import load_behaviour, plan as plan_episodes
 from experiments.paper.behaviours import BEHAVIOURS
 from experiments.show.episodes import play, response, wheels
+from experiments.store.asked import Asked
 from tests.helpers.recordings import columns
 
 STEPS = 6
@@ -44,6 +45,16 @@ def test_an_oracle_knows_the_truth_under_the_robots_own_wheels_too(name, env, co
     """Their dead band swallows small commands: without memory `oracle-heading` stands as `still` does."""
     truth, still = (play(BEHAVIOURS[who], env, {"robot": "colias4"}, 3000, 150).row() for who in (name, "still"))
     assert truth[column] < still[column] / 2 and truth["reward"] > still["reward"]
+
+
+def test_a_frozen_model_sees_the_first_frame_throughout_in_the_same_world():
+    seen, frozen = (play(BEHAVIOURS["fixation"], FIXATION, {}, 3, 20, images=True, frozen=it) for it in (False, True))
+    assert frozen.poses["target"][0] == seen.poses["target"][0]
+    assert any(answer.hs for answer in seen.responses) and not any(answer.hs for answer in frozen.responses)
+    plan = plan_episodes(
+        Asked(kind="episodes", what=("fixation",), repeats=2, options={"controls": True, "baselines": False})
+    )
+    assert [trial.condition for trial in plan.trials] == ["fixation", "fixation~frozen"] * 2
 
 
 # --- what a reflex sees and does --------------------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Excitation and inhibition put together from potentials: laws of the network, the experiments."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import polars as pl
@@ -11,7 +12,7 @@ from dsnn import ReferenceDSNN
 from dsnn.direction import reference as layers
 from dsnn.filters import alpha
 from experiments.declare.experiment import NEEDED
-from experiments.kinds.kind import planned
+from experiments.kinds.result import planned
 from experiments.show.excitation import BALANCED, WHOLE, sums
 from experiments.store.asked import Asked
 from tests.helpers import plans
@@ -104,9 +105,14 @@ def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
 # --- the experiments --------------------------------------------------------------------------------------------------
 
 
+@cache
+def reproduction():
+    return planned(Asked(kind="reproduction", seed=5, options={"scale": "quick", "robot_only": True})).parts
+
+
 @pytest.mark.parametrize("motion", ["approach", "recession"])
 def test_the_trials_are_those_that_the_claims_are_judged_on(motion):
-    parts = planned(Asked(kind="reproduction", seed=5, options={"scale": "quick"})).parts
+    parts = reproduction()
     judged, mechanism = parts[f"angular-{motion}"], parts[f"{motion}-mechanism"]
     assert [model.label for model in mechanism.trials[0].models] == list(NEEDED), "and no other models"
     one, other = ([(spec.seed, spec.condition) for spec in run_plan.trials] for run_plan in (judged, mechanism))

@@ -5,16 +5,15 @@ from dataclasses import replace
 import cv2
 import pytest
 
-from colias_sim import CameraConfig, RobotConfig, SceneConfig
 from dsnn import DSNN
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import visit
 from experiments.kinds import episodes as behave
-from experiments.settings.settings import Settings, watchers
-from experiments.show import timing as leaderboard
+from experiments.paper import boards as leaderboard
+from experiments.settings.settings import watchers
 from experiments.show.play import play
-from experiments.show.robot import RobotTrial
 from experiments.store.asked import Asked
+from tests.experiments.show.test_trial import trial_of
 
 SHOWN = (
     "dsnn",
@@ -46,8 +45,7 @@ def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(c
     monkeypatch.setattr(DSNN, "follow", lambda *given: follows.append(1) or follow(*given))
 
     def responses(condition, *models):
-        settings = Settings(models, RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
-        frames = play(RobotTrial("test", 0, 0, 7, condition, settings)).frames
+        frames = play(trial_of(condition, models=models)).frames
         return {model.label: frames.filter(model=model.label) for model in models}
 
     models = watchers(SHOWN)
@@ -58,8 +56,7 @@ def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(c
 
 
 def trial():
-    settings = Settings(watchers(("emd",)), RobotConfig(), CameraConfig(), SceneConfig(), 1.0, 1.0)
-    return play(RobotTrial("test", 0, 0, 7, by_hand(replace(STEADY, frames=2)), settings))
+    return play(trial_of(by_hand(replace(STEADY, frames=2)), models=watchers(("emd",))))
 
 
 def episode():

@@ -6,15 +6,17 @@ import numpy as np
 import polars as pl
 import pytest
 
-from colias_sim import CameraConfig, RobotConfig, SceneConfig
+from colias_sim import CameraConfig, SceneConfig
 from colias_sim.config import ProcessorConfig
 from experiments.base.errors import UsageError
+from experiments.declare.clip import Clip
 from experiments.declare.conditions import Condition
 from experiments.live.session import Session
 from experiments.settings.models import choose, rate_notes
-from experiments.settings.settings import Settings
-from experiments.show.robot import RobotTrial, is_random
+from experiments.show.clips import ClipTrial
+from experiments.show.robot import is_random
 from tests.experiments.kinds.test_sweep import planned as swept
+from tests.experiments.show.test_trial import trial_of
 from tests.helpers.plans import planned
 from tests.helpers.played import Played
 from tests.helpers.recordings import columns
@@ -31,8 +33,7 @@ def model(every=1, **changes):
 
 def trial(*models, seed=7, eye="default"):
     camera = dataclasses.replace(CameraConfig.preset(eye), drop_probability=0.2, jitter_ms=2.0)
-    settings = Settings(models, RobotConfig(), camera, SceneConfig(), 1.0, 1.0)
-    return RobotTrial("test", 0, 0, seed, CROSSING, settings)
+    return trial_of(CROSSING, seed, models=models, camera=camera)
 
 
 @pytest.fixture(scope="module", params=["default", "ov7670"])
@@ -78,6 +79,19 @@ def test_rows_are_of_frames_taken_and_quotients_have_their_rate(stored, tmp_path
     lane = held["/models/every\\ 3/hs"]
     assert lane["frame"] == table["frame"].to_list() and np.ravel(lane["scalars"]).tolist() == table["hs"].to_list()
     assert len(held["/world/observer/camera/image"]["frame"]) == whole.frames
+
+
+def test_what_truly_moved_is_since_the_frame_seen_before(stored):
+    """Intervals of three frames are the sums of the three; so are those of a clip, and its flow."""
+    shown = dataclasses.replace(trial(model(), model(3), eye=stored[0]), truth=True)
+    clip = ClipTrial("test", 0, 0, 0, Clip("edge", "cluttered"), (model(), model(3)), truth=True)
+    for played, names in ((Played(shown), ["true_interval_ms"]), (Played(clip), ["true_interval_ms", "true_flow_x"])):
+        each, third = (played.record.frames.filter(model=f"every {every}") for every in (1, 3))
+        sums = each.select("frame", *(pl.col(name).rolling_sum(3) for name in names))
+        both = third.select("frame", *names).drop_nulls().join(sums, "frame")
+        assert both.height > 5
+        for name in names:
+            np.testing.assert_allclose(both[name], both[f"{name}_right"])
 
 
 def test_each_trial_draws_its_phase_where_frames_are_skipped():

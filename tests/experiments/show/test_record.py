@@ -1,5 +1,6 @@
 """What a recording has, read back from disk; and the functions that Rerun keeps to itself, which this sees move."""
 
+import math
 import re
 import subprocess
 import tempfile
@@ -9,15 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from colias_sim import SceneConfig
+from colias_sim import CameraConfig, SceneConfig
 from colias_sim.obstacles import Obstacle
 from dsnn import MODELS, Response, ResponseSeries
 from experiments.base.palette import BRIGHTER, CHANNELS, DARKER, STILL, rgb
+from experiments.declare.conditions import Condition
+from experiments.declare.experiment import Angular
 from experiments.draw.video import model_part
 from experiments.draw.viewer import program
 from experiments.show import record
 from experiments.show.recording import map_colours
 from scenes import WALL_HEIGHT_CM
+from tests.experiments.show.test_trial import trial_of
+from tests.helpers.played import Played
 from tests.helpers.recordings import columns
 
 COUNT = 5
@@ -108,6 +113,36 @@ def test_a_robot_and_an_obstacle_have_their_sizes_in_cm(tmp_path):
     np.testing.assert_allclose(np.hypot(x, y), 45.0, rtol=1e-6)
     assert {*z} == {0.0, WALL_HEIGHT_CM}
     np.testing.assert_allclose(edges.max(axis=(0, 1)), [20.0, 10.0, 4.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [Angular("approach").at("approach", 0.0), Condition("translation", "rightward", 10.0, 8.0)],
+    ids=["approach", "crossing"],
+)
+def test_poses_and_pinhole_put_the_hull_where_the_image_is_dark(condition, tmp_path):
+    """On the horizon, in every frame in which all of it is in view; its rims have 2 cm, and are 3 cm high."""
+    result = Played(trial_of(condition, camera=CameraConfig.ideal()))
+    (tmp_path / "trial.rrd").write_bytes(result.recording)
+    held, around, shown = columns(tmp_path / "trial.rrd"), np.linspace(0.0, 2.0 * math.pi, 181), 0
+    lens, turn, place = (np.array(held["/world/observer/camera"][name][0][0])
+                         for name in ("image_from_camera", "mat3x3", "translation"))  # fmt: skip
+    lens, turn = lens.reshape(3, 3).T, turn.reshape(3, 3).T  # Rerun has matrices by their columns
+    assert lens[[0, 1], [0, 1]] == pytest.approx([49.5 / math.tan(math.radians(35.0))] * 2, abs=0.01)
+    rims = [(2.0 * math.cos(angle), 2.0 * math.sin(angle), z) for angle in around for z in (0.0, 3.0)]
+    observer, hull = held["/world/observer"], held["/world/stimulus"]["translation"]
+    poses = zip(observer["translation"], observer["quaternion"], hull, result.media.images[""], strict=True)
+    for (eye,), ((*_, z, w),), (middle,), image in poses:
+        c, s = math.cos(2.0 * math.atan2(z, w)), math.sin(2.0 * math.atan2(z, w))
+        ahead = (np.array(rims) + middle - eye) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        x, _, depth = ((ahead - place) @ turn @ lens.T).T
+        left, right = (x / depth).min(), (x / depth).max()
+        if 1.0 < left < right < 98.0:
+            dark = np.flatnonzero((image[34:39] < 125).all(axis=0))
+            assert (dark[0], dark[-1] + 1) == pytest.approx((left, right), abs=1.5)
+            assert np.median(image[34:39, dark[1:-1]]) == pytest.approx(255 * 0.02, abs=1.5)
+            shown += 1
+    assert shown >= 15
 
 
 @pytest.mark.parametrize(("layer", "grey", "tint"), [

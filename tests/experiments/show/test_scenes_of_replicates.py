@@ -14,7 +14,7 @@ from experiments.kinds.clips import play_clip
 from experiments.settings.models import choose
 from experiments.settings.pictures import folder_pictures
 from experiments.show.clips import clips_of, trials_of
-from experiments.store.description import differences
+from experiments.store.folder import differences
 from tests.helpers.plans import planned
 
 DEPTH = registry.find("clutter-depth")

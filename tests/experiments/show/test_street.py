@@ -13,6 +13,7 @@ from experiments.kinds.clips import play_clip
 from experiments.paper.clips import SIDEWAYS
 from experiments.settings.models import choose
 from experiments.show.clips import trials_of
+from tests.helpers.recordings import columns
 
 EVEN = {"foliage": "none", "ground": "even"}
 KINDS = {"person": {"height": 61.3, "speed": 53.7}, "car": {"kind": "car", "height": 31.7, "speed": 97.0}}
@@ -24,7 +25,8 @@ MOVERS = ("one", "opposite", "group")
     [("none", "group", "rightward"), ("windblown", "one", "leftward"), ("windblown", "opposite", "rightward")],
 )
 def test_everyone_is_inside_the_truth_s_box_and_nobody_outside(foliage, movers, motion):
-    common = {"seed": 3, "movers": movers, "motion": motion, "foliage": foliage, "height": 60.0, "speed": 150.0}
+    common = {"seed": 3, "movers": movers, "motion": motion, "foliage": foliage, "height": 30.0, "speed": 100.0,
+              "rows": 90, "columns": 160}  # fmt: skip
     clip, empty = stimulus("street", **common), stimulus("street", object="absent", **common)
     for frame, ground in zip(clip, empty, strict=True):
         rows, columns = np.nonzero(frame.luma != ground.luma)
@@ -59,7 +61,7 @@ def test_the_painted_mover_moves_at_the_speed_that_the_truth_says(kind, motion):
 
 @pytest.mark.parametrize("motion", ["rightward", "leftward"])
 def test_two_go_one_after_the_other_with_nobody_in_view_between(motion):
-    clip = stimulus("street", movers="opposite", motion=motion, gap_s=0.8)
+    clip = stimulus("street", movers="opposite", motion=motion, gap_s=0.8, rows=60, columns=96, height=50.0)
     words = [frame.truth.motion for frame in clip]
     kept = [word for word, after in pairwise([*words, ""]) if word != after]
     other = {"rightward": "leftward", "leftward": "rightward"}[motion]
@@ -78,13 +80,18 @@ def test_a_seed_is_one_street_whoever_crosses_it():
 # The experiment.
 
 
-def test_a_row_tells_hs_in_each_direction_and_against_it():
+def test_a_row_tells_counts_and_peaks_and_hs_in_each_direction_and_against_it(tmp_path):
     clip = Clip("two", "street", {"movers": "opposite", "rows": 60, "columns": 96, "height": 50, "speed": 120})
     experiment = OfflineExperiment("mine", "", (clip,), ("dsnn",))
-    done = play_clip(trials_of(experiment, (choose("dsnn", "offline"),), 1, 0)[0])
+    done = play_clip(trials_of(experiment, (choose("dsnn", "offline"),), 1, 0)[0], recordings=True)
+    (tmp_path / "clip.rrd").write_bytes(done.recording)
+    assert columns(tmp_path / "clip.rrd")["/__properties/stimulus"]["seed"] == [[0]]
     hs = done.frames["hs"].to_numpy()
     words = np.array([frame.truth.motion for frame in clip.build(0)])
     (row,) = done.rows
+    for name in ("hs", "vs"):
+        assert (row[f"peak_{name}"], row[f"trough_{name}"]) == (done.frames[name].max(), done.frames[name].min())
+        assert row[f"{name}_spikes"] == done.frames[f"{name}_spikes"].abs().sum()
     assert row["hs_rightward"] == pytest.approx(hs[words == "rightward"].max())
     assert row["hs_leftward"] == pytest.approx(hs[words == "leftward"].min())
     against = max(-hs[words == "rightward"].min(), hs[words == "leftward"].max(), 0.0)

@@ -12,7 +12,7 @@ import experiments
 from experiments.cli import main
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import Listed
-from experiments.judge.measures import MEASURES
+from experiments.judge.sweep import MEASURES
 from experiments.store.tables import TrialRecord
 
 COUNTS = ("spikes", "hs_spikes", "vs_spikes", "looming_spikes", "firing_rate_hz", "spikes_in_view", "rate_in_view_hz",

@@ -7,9 +7,7 @@ import pytest
 
 from experiments import Check, Outcome
 from experiments.declare.outcome import REASONS
-from experiments.judge.count import Count
-from experiments.judge.stored import document, verdicts
-from experiments.judge.verdict import verdict_of
+from experiments.judge.verdict import Count, document, verdict_of, verdicts
 from experiments.kinds.registry import find_claim
 
 CHECKS = (Check("3 spikes", 3.0, 2.0, unit="spikes"), Check("no number", math.nan, (0.4, 0.6), "within", scale=0.1))

@@ -1,7 +1,7 @@
 """Models timed side by side."""
 
+from experiments.paper.boards import ROUNDS, time_models
 from experiments.settings.models import choose
-from experiments.show.timing import ROUNDS, time_models
 from tests.helpers import user_files
 
 

@@ -1,0 +1,1 @@
+"""Detectors of small targets, of a few pixels, that move."""
