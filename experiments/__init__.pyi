@@ -1,7 +1,12 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
 from .base.errors import UsageError as UsageError
-from .declare.behaviour import Behaviour as Behaviour, Wheels as Wheels
+from .declare.behaviour import (
+    Behaviour as Behaviour,
+    Scenario as Scenario,
+    SwarmDesign as SwarmDesign,
+    Wheels as Wheels,
+)
 from .declare.claim import Claim as Claim
 from .declare.clip import Clip as Clip, ClipFigure as ClipFigure, OfflineExperiment as OfflineExperiment
 from .declare.conditions import Condition as Condition, Leg as Leg, Trajectory as Trajectory
@@ -15,7 +20,6 @@ from .declare.experiment import (
     Translation as Translation,
 )
 from .declare.outcome import Check as Check, Outcome as Outcome, decide as decide
-from .declare.scenario import Scenario as Scenario, SwarmDesign as SwarmDesign
 from .declare.study import Fit as Fit, Study as Study
 from .judge.tests import Score as Score
 from .judge.verdict import Verdict as Verdict

@@ -24,13 +24,10 @@ from colias_sim.envs.randomise import FACTORS, USUAL, Values as Factors, apparat
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
     NEURAL,
-    Model,
     PastResponse,
-    Response,
     action_space,
     build_model,
     observation_space,
-    observed,
     wheels_of,
 )
 from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
@@ -115,7 +112,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self.action_space = action_space(options.actions)
         model = build_model(options.model, shape)  # built even if unused, so that a wrong name is an error
         self._model = model if options.observation in ("neural", "both") else None
-        self._luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
+        self._luma = np.zeros(shape, np.uint8)
         self._luma.flags.writeable = False
         # The camera is made for the upper ends of all ranges, which need the most memory.
         self._made_with = camera_ends(camera, robot, options.randomise)[1]
@@ -190,16 +187,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             (2,), likewise.
         """
         return wheels
-
-    def _measures(self) -> dict[str, Any]:
-        """Compute the entries of ``info`` that only this env has.
-
-        Returns
-        -------
-        dict
-            Name -> value; names end in their units.
-        """
-        return {}
 
     def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
         """Compute the ``columns`` of an episode; ``None`` where one has no value.
@@ -318,7 +305,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._wheels = self._steer(wheels_of(self.action_space, action))
         (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
         self._command = left * self._fastest * left_gain, right * self._fastest * right_gain
-        self._responses: list[Response] = []
+        self._responses = []
         self._driven = 0.0
         terms: dict[str, float] = {}
         skip, processor = self.options.frames_per_step, self.options.processor
@@ -457,21 +444,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     # Read-only views, for recordings and baselines.
 
     @property
-    def luma(self) -> npt.NDArray[np.uint8]:
-        """The last frame, (R, C) uint8, read-only; zeros with ``observation="state"``."""
-        return self._luma
-
-    @property
-    def model(self) -> Model | None:
-        """The vision model of neural observations; ``None`` with other observations."""
-        return self._model
-
-    @property
-    def response(self) -> Response | None:
-        """The vision model's response to the last frame; ``None`` without a model."""
-        return self._responses[-1] if self._responses else None
-
-    @property
     def wheels(self) -> Wheels:
         """The last command to the wheels, (2,): left and right, as shares of the maximum."""
         return self._wheels
@@ -542,23 +514,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Advance the world by one frame; with ``look``, develop the camera's frame; the model may take it."""
         self._advance(look)
         if look and self._sim.seeing:
-            self._luma = self._sim.camera(self._observer.name).develop(self._film, self._sim.data.time).luma
-            if taken and self._model is not None:
-                self._responses.append(self._model.step(self._luma))
-
-    def _observation(self) -> Any:
-        return observed(self.options.observation, self._luma, self._responses, self)
-
-    def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
-        """Collect the reward's terms as ``reward_...``, and the measures, whose names end in their units."""
-        rewards = {f"reward_{name}": value for name, value in terms.items()}
-        return {**rewards, **self._motion(), **self._measures(), **self._true_motion()}
-
-    def _true_motion(self) -> dict[str, float]:
-        """Summarise what truly moved in the last frame: the robots that drive, or the wall where none does."""
-        if not self.options.truth:
-            return {}
-        return self.truth().columns(set(self._sim.robots) - {self._observer.name} or {"wall"})
+            self._look(taken)
 
     def _check_open(self) -> None:
         if self._closed:

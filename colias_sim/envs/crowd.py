@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from colias_sim.config import CameraConfig
 from colias_sim.envs.geometry import ARENA_RADIUS
-from colias_sim.envs.swarm import Body
+from colias_sim.envs.options import FPS
+from colias_sim.envs.swarm import WALL, Body
 from colias_sim.pose import Pose, WheelSpeeds
 
 Tracks = npt.NDArray[np.float64]
@@ -84,15 +85,41 @@ def chain(rng: np.random.Generator, number: int) -> list[Pose]:
     return [Pose(out * math.cos(at), out * math.sin(at), at + math.pi / 2) for out, at in zip(away, turns, strict=True)]
 
 
-def links(tracks: Tracks) -> Mapping[str, float]:
-    """Measure a chain: the rms difference of its gaps from those at the start, and the share of links that broke."""
+def spread_cm(tracks: Tracks) -> float:
+    """Return the rms difference of a chain's gaps from those at the start, in cm."""
+    gaps, _ = _links(tracks)
+    return float(100 * np.sqrt(((gaps - gaps[0]) ** 2).mean()))
+
+
+def breaks(tracks: Tracks) -> float:
+    """Return the share of a chain's links that were lost for `LOST_FRAMES` in a row."""
+    gaps, off = _links(tracks)
+    lost = (gaps > LOST_M) | (np.abs(off) > math.radians(CameraConfig().hfov_deg / 2))
+    return float(np.lib.stride_tricks.sliding_window_view(lost, LOST_FRAMES, 0).all(2).any(0).mean())
+
+
+def _links(tracks: Tracks) -> tuple[Tracks, Tracks]:
+    """Return the gap of each link, (T, N - 1) in m, and the bearing off its heading at which a robot has the next."""
     x, y, heading = np.moveaxis(tracks, 2, 0)
     dx, dy = x[:, :-1] - x[:, 1:], y[:, :-1] - y[:, 1:]
-    gaps = np.hypot(dx, dy)
-    off = np.remainder(np.arctan2(dy, dx) - heading[:, 1:] + np.pi, 2 * np.pi) - np.pi
-    lost = (gaps > LOST_M) | (np.abs(off) > math.radians(CameraConfig().hfov_deg / 2))
-    streak, broken = np.zeros(lost.shape[1]), np.zeros(lost.shape[1], bool)
-    for row in lost:
-        streak = (streak + 1) * row
-        broken |= streak >= LOST_FRAMES
-    return {"spread_cm": float(100 * np.sqrt(((gaps - gaps[0]) ** 2).mean())), "breaks": float(broken.mean())}
+    return np.hypot(dx, dy), np.remainder(np.arctan2(dy, dx) - heading[:, 1:] + np.pi, 2 * np.pi) - np.pi
+
+
+def encounters(tracks: Tracks, collisions: Sequence[tuple[int, frozenset[str]]]) -> dict[str, float]:
+    """Measure any crowd: collisions of robots, theirs and those with the wall a robot and minute, metres driven each.
+
+    Parameters
+    ----------
+    tracks
+        The places.
+    collisions
+        As of a `colias_sim.envs.swarm.Swarm`.
+    """
+    frames, number, _ = tracks.shape
+    walls = sum(WALL in pair for _, pair in collisions)
+    met, robot_minutes = len(collisions) - walls, number * frames / FPS / 60.0
+    driven = np.hypot(*np.diff(tracks[..., :2], axis=0).transpose(2, 0, 1)).sum()
+    return {
+        "collisions": met, "collisions_a_min": 2.0 * met / robot_minutes, "wall_a_min": walls / robot_minutes,
+        "driven_m": float(driven) / number,
+    }  # fmt: skip

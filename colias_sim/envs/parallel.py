@@ -16,7 +16,7 @@ from colias_sim.envs.geometry import given_poses, placed, random_poses
 from colias_sim.envs.options import FPS
 from colias_sim.envs.randomise import draw
 from colias_sim.envs.render import Renderer
-from colias_sim.envs.senses import action_space, observation_space, observed, wheels_of
+from colias_sim.envs.senses import action_space, observation_space, wheels_of
 from colias_sim.envs.swarm import Swarm, SwarmOptions
 from colias_sim.streams import clearing, episode, world
 
@@ -42,6 +42,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
         self.options, self.render_mode = options, options.render_mode
         self.metadata = {**self.metadata, "render_fps": FPS / options.frames_per_step}
         self.swarm = Swarm(options)
+        self._agents = self.swarm.agents
         self.possible_agents: list[str] = list(options.names)
         self.agents: list[str] = []
         shapes = {name: (camera.height, camera.width) for name, camera in options.cameras().items()}
@@ -100,9 +101,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
         self._frame(look=True, taken=True)
         if self._renderer:
             self._renderer.show()
-        return {name: self._observation(name) for name in self.agents}, {
-            name: self.swarm.agents[name].motion() for name in self.agents
-        }
+        return self._seen(), {name: agent._info({}) for name, agent in self._agents.items()}
 
     def step(self, actions: dict[str, Any]) -> tuple[
         dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
@@ -127,34 +126,33 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
         if lacking := [name for name in self.agents if name not in actions]:
             raise error.InvalidAction(f"actions must have one for each of {', '.join(self.agents)}, got none for"
                                       f" {lacking[0]}")  # fmt: skip
-        live, swarm, skip = list(self.agents), self.swarm, self.options.frames_per_step
+        live, skip, options = list(self.agents), self.options.frames_per_step, self.options
         for name, wheels in {name: wheels_of(self.action_spaces[name], actions[name]) for name in live}.items():
-            swarm.agents[name].command(wheels)
-            swarm.agents[name].responses.clear()
-        ahead, touched = dict.fromkeys(live, 0.0), set()
+            self._agents[name].command(wheels)
+            self._agents[name].responses.clear()
+            self._agents[name]._driven = 0.0
+        ahead, touched = dict.fromkeys(live, 0.0), set[str]()
         for index in range(skip):
-            every = self.options.processor.every
-            self._frame(look=self._thinks or index == skip - 1, taken=self.options.processor.takes(index, every - 1))
+            taken = options.processor.takes(index, options.processor.every - 1)
+            self._frame(look=options.observation in ("neural", "both") or index == skip - 1, taken=taken)
             for name in live:
-                ahead[name] += swarm.agents[name].speed / (self.options.robot.max_speed_cm_s / 100) / skip
-            touched |= {name for pair in swarm.touching for name in pair if name in live}
+                ahead[name] += self._agents[name].speed / (options.robot.max_speed_cm_s / 100) / skip
+            touched |= {name for pair in self.swarm.touching for name in pair if name in live}
         self._steps += 1
-        over = self._steps >= self.options.steps
-        infos: dict[str, dict[str, Any]] = {}
-        for name in live:
-            terms = {"reward_ahead": ahead[name], "reward_touch": -TOUCH_COST if name in touched else 0.0}
-            infos[name] = {**terms, **swarm.agents[name].motion(), "touched": name in touched, **self._truth(name)}
-        seen = {name: self._observation(name) for name in live}
+        over = self._steps >= options.steps
+        terms = {name: {"ahead": ahead[name], "touch": -TOUCH_COST * (name in touched)} for name in live}
+        infos = {name: {**self._agents[name]._info(terms[name]), "touched": name in touched} for name in live}
+        seen = self._seen()
         for name in touched:
-            swarm.agents[name].command((0.0, 0.0))
-            if self.options.crash == "leave":
-                swarm.remove(name)
+            self._agents[name].command((0.0, 0.0))
+            if options.crash == "leave":
+                self.swarm.remove(name)
         self.agents = [] if over else [name for name in live if name not in touched]
         if self._renderer:
             self._renderer.show()
-        rewards = {name: infos[name]["reward_ahead"] + infos[name]["reward_touch"] for name in live}
         terminated = {name: name in touched for name in live}
-        return seen, rewards, terminated, {name: over and name not in touched for name in live}, infos
+        truncated = {name: over and name not in touched for name in live}
+        return seen, {name: sum(own.values()) for name, own in terms.items()}, terminated, truncated, infos
 
     def render(self) -> Any:
         """Draw the arena from above: (``render_height``, ``render_width``, 3) uint8 for ``rgb_array``, or ``None``."""
@@ -166,26 +164,14 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
             self._renderer.close()
         self.swarm.sim.close()
 
-    @property
-    def _thinks(self) -> bool:
-        return self.options.observation in ("neural", "both")
-
     def _frame(self, look: bool, taken: bool) -> None:
         looking = self.agents if look and self.swarm.sim.seeing else ()
         self.swarm.advance(looking)
         for name in looking:
-            self.swarm.agents[name].look(taken=taken)
+            self._agents[name]._look(taken)
 
-    def _observation(self, name: str) -> Any:
-        agent = self.swarm.agents[name]
-        return observed(self.options.observation, agent.luma, agent.responses, agent)
-
-    def _truth(self, name: str) -> dict[str, float]:
-        if not self.options.truth:
-            return {}
-        others = set(self.possible_agents) - {name} or {"wall"}
-        columns: dict[str, float] = self.swarm.sim.truth(robot=name).columns(others)
-        return columns
+    def _seen(self) -> dict[str, Any]:
+        return {name: self._agents[name]._observation() for name in self.agents}
 
     def rows(self) -> SwarmRows:
         """View this env as a Gymnasium vector env with a row for each agent.

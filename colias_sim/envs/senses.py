@@ -5,16 +5,13 @@ from __future__ import annotations
 import importlib
 from collections import namedtuple
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium import error, spaces
 
 from colias_sim.envs.state import OTHER_ENTRIES, OWN_ENTRIES
-
-if TYPE_CHECKING:
-    from colias_sim.envs.world import World
 
 WIRING = "experiments.wiring"
 """The module that builds models from names. `colias_sim` contains no model, so it imports this one on demand."""
@@ -181,35 +178,6 @@ def action_space(actions: str) -> spaces.Space[Any]:
         ``Box`` (2,) float32 in [-1, 1], or ``Discrete`` over `MANOEUVRES`.
     """
     return spaces.Discrete(len(MANOEUVRES)) if actions == "manoeuvres" else spaces.Box(-1.0, 1.0, (2,), np.float32)
-
-
-def observed(
-    observation: str, luma: npt.NDArray[np.uint8], responses: Sequence[Response], world: World
-) -> Any:  # fmt: skip
-    """Make an observation.
-
-    Parameters
-    ----------
-    observation
-        The env's argument of that name.
-    luma
-        The last frame, (R, C) uint8.
-    responses
-        The model's responses to the frames of the step.
-    world
-        The robot among the others.
-
-    Returns
-    -------
-    ndarray or dict of str to ndarray
-        An element of `observation_space`.
-    """
-    if observation == "state":
-        return world.state.vector()
-    if observation == "neural":
-        return neural_observation(responses)
-    pixels = luma[..., None].copy()  # a copy that the agent may modify
-    return pixels if observation == "pixels" else {"pixels": pixels, "neural": neural_observation(responses)}
 
 
 def wheels_of(space: spaces.Space[Any], action: Any) -> npt.NDArray[np.float32]:

@@ -108,63 +108,35 @@ class Agent(World):
 
     Attributes
     ----------
-    model
-        Its vision model, or ``None``.
-    luma
-        Its last frame, (R, C) uint8, read-only.
-    responses
-        Its model's responses, cleared by whoever reads them.
     present
         Whether it is in the arena.
     wheels
         The last command, left and right, as shares of the maximum.
     """
 
-    def __init__(self, sim: Simulation, name: str, model: Model | None) -> None:
+    def __init__(self, sim: Simulation, name: str, options: SwarmOptions, model: Model | None) -> None:
+        self.name, self.options, self._model, self._responses = name, options, model, []
+        self._luma, self.present, self.wheels = np.zeros((0, 0), np.uint8), True, (0.0, 0.0)
         super().__init__(sim, name)
-        self.name, self.model, self.present = name, model, True
-        self.responses: list[Response] = []
-        self.luma: npt.NDArray[np.uint8] = np.zeros((0, 0), np.uint8)
-        self.wheels = 0.0, 0.0
+
+    @property
+    def responses(self) -> list[Response]:
+        """Its model's responses since the last reset, or since the last action of an agent."""
+        return self._responses
 
     def restart(self, noise: np.random.Generator) -> None:
         """Begin an episode, after the simulation's reset."""
         self._rest()
         self._film, self.present, self.wheels = noise, True, (0.0, 0.0)
-        self.responses.clear()
-        if self.model is not None:
-            self.model.reset()
+        self._responses.clear()
+        if self._model is not None:
+            self._model.reset()
 
     def command(self, wheels: npt.NDArray[np.float32] | tuple[float, float]) -> None:
         """Command wheel speeds, left and right, as shares of the maximum, until the next call."""
         self.wheels = float(wheels[0]), float(wheels[1])
         fastest = self._observer.config.max_speed_cm_s / 100
-        self._command = float(wheels[0]) * fastest, float(wheels[1]) * fastest
-
-    def look(self, *, taken: bool = True) -> None:
-        """Develop the frame that ends now; with ``taken``, the model responds to it."""
-        self.luma = self._sim.camera(self.name).develop(self._film, self._sim.data.time).luma
-        if taken and self.model is not None:
-            self.responses.append(self.model.step(self.luma))
-
-    def motion(self) -> dict[str, float | bool]:
-        """Return the motion since the last call, as in every env's ``info``."""
-        moved, self._driven = self._motion(), 0.0
-        return moved
-
-    @property
-    def touched(self) -> bool:
-        """Whether its hull touched anything in the last frame."""
-        return self._touched
-
-    def drive(self, dt: float) -> None:
-        """Command the wheels for a control interval of ``dt`` seconds."""
-        self._drive(dt)
-
-    def arrive(self, touched: bool) -> None:
-        """Note pose and touch at the end of a frame."""
-        self._touched = touched
-        self._arrive()
+        self._command = self.wheels[0] * fastest, self.wheels[1] * fastest
 
     def _notice_touch(self) -> None:
         """`Swarm` finds the touches of all at once."""
@@ -215,7 +187,7 @@ class Swarm:
             dict.fromkeys(options.names, options.body), fence=True, seeing=options.observation != "state",
             truth=options.truth, eyes=cameras,
         )  # fmt: skip
-        self.agents = {name: Agent(self.sim, name, model) for name, model in models.items()}
+        self.agents = {name: Agent(self.sim, name, options, model) for name, model in models.items()}
         self.touching: set[frozenset[str]] = set()
         self.frame, self.collisions, self.errors = 0, list[tuple[int, frozenset[str]]](), dict[str, Exception]()
         self._touched_at: dict[frozenset[str], int] = {}
@@ -249,14 +221,15 @@ class Swarm:
         Parameters
         ----------
         look
-            The robots that look: call `Agent.look` of each then.
+            The robots whose frames are exposed, to be developed by each then.
         """
         self.touching = set()
         self.sim.advance(self._drive, look=look)
         self._notice()
         touched = {name for pair in self.touching for name in pair}
         for name, agent in self.agents.items():
-            agent.arrive(name in touched)
+            agent._touched = name in touched
+            agent._arrive()
         for pair in sorted(self.touching, key=sorted):
             if self.frame - self._touched_at.get(pair, -APART) >= APART:
                 self.collisions.append((self.frame, pair))
@@ -279,12 +252,11 @@ class Swarm:
         for name in well:
             agent, pose = self.agents[name], self.sim.pose(name)
             gap, left = gap_to_arena(pose, self.sim.obstacles)
-            body = Body(self.options.names.index(name), self.frame / FPS, agent.touched, gap, -left)
+            body = Body(self.options.names.index(name), self.frame / FPS, agent._touched, gap, -left)
             try:
                 if sees:
-                    agent.look()
-                left_wheel, right_wheel = drives[name](agent.responses[-1] if agent.responses else None, body)
-                agent.command((min(max(left_wheel, -1.0), 1.0), min(max(right_wheel, -1.0), 1.0)))
+                    agent._look(taken=True)
+                agent.command(np.clip(drives[name](agent.response, body), -1.0, 1.0))
             except Exception as error:  # of a user's own code
                 self.errors[name] = error
                 agent.command((0.0, 0.0))
@@ -299,7 +271,7 @@ class Swarm:
     def _drive(self, dt: float) -> None:
         self._notice()
         for agent in self.agents.values():
-            agent.drive(dt)
+            agent._drive(dt)
 
     def _notice(self) -> None:
         geoms = self.sim.data.contact.geom

@@ -352,8 +352,6 @@ class Canvas:
 
 
 def _panel_title(kind: str) -> str:
-    if kind.startswith("eyes/"):
-        return kind.removeprefix("eyes/")
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
     titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink", FLOW: "true flow since the frame before"}
     return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")

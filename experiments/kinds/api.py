@@ -10,9 +10,9 @@ from experiments.base.console import print_troubles
 from experiments.base.errors import UsageError
 from experiments.base.files import results_folder
 from experiments.base.values import by_key
+from experiments.declare.behaviour import Scenario
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
-from experiments.declare.scenario import Scenario
 from experiments.declare.study import Fit, Study, tuple_of
 from experiments.kinds import registry
 from experiments.kinds.result import Run, perform, planned

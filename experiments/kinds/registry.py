@@ -9,11 +9,11 @@ from typing import Any, cast
 
 from experiments.base.errors import UsageError, check_known, short
 from experiments.base.user_code import declared, declares, is_file, named_file
+from experiments.declare.behaviour import Scenario
 from experiments.declare.claim import LOOMING_DETECTORS, SHIPPED, Claim, claim_ids
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.conditions import Hand
 from experiments.declare.experiment import Experiment, visit
-from experiments.declare.scenario import Scenario
 from experiments.declare.study import Study, tuple_of
 from experiments.kinds.tables import CLAIMS, EXPERIMENTS, NAMES, STUDIES, shipped
 from experiments.settings.models import ConfiguredModel, named_model

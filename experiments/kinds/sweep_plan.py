@@ -210,10 +210,8 @@ def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
     """Return the experiments of a study, all of one kind, and whether a robot is in them."""
     experiments: list[Any] = list(map(registry.find, study.experiments or registry.answering_for(study.claims)))
     names = [experiment.name for experiment in experiments]
-    if swarms := [experiment.name for experiment in experiments if experiment.kind == "swarm"]:
-        raise UsageError(
-            f"{swarms[0]}: it is of many robots; colias run {swarms[0]} --set swarm.robots=4,8 is its sweep"
-        )
+    if swarm := next((experiment.name for experiment in experiments if experiment.kind == "swarm"), ""):
+        raise UsageError(f"{swarm}: it is of many robots; sweep it by colias run {swarm} --set swarm.robots=4,8")
     on_robot = isinstance(experiments[0], Experiment)
     if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
         raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")

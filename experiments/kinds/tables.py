@@ -35,15 +35,12 @@ OFFLINE = (
 )  # fmt: skip
 """The experiments with clips of stimuli."""
 
-SCENARIOS = ("traffic", "follow")
-"""The experiments with many robots that all see."""
-
 EXPERIMENTS: Mapping[str, str] = {
     **{name: f"experiments.{name.replace('-', '_')}:EXPERIMENT" for name in NAMES},
     **dict.fromkeys(OFFLINE, "experiments.paper.clips:EXPERIMENTS"),
-    **dict.fromkeys(SCENARIOS, "experiments.paper.scenarios:EXPERIMENTS"),
+    **dict.fromkeys(("traffic", "follow"), "experiments.paper.scenarios:SCENARIOS"),
 }
-"""Experiment -> its declaration; those with clips are listed in one file."""
+"""Experiment -> its declaration; those with clips, and those with many robots, are listed in one file."""
 
 BEHAVIOURS: Mapping[str, str] = {
     "behaviours": "experiments.paper.behaviours:BEHAVIOURS",

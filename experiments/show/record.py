@@ -67,7 +67,7 @@ DEPTH_UNITS = 10_000
 """Units of a recorded depth in a metre: 16 bits of them are 6.5 m."""
 ARROWS = 16
 """Arrows of the flow along the longer side of a picture."""
-MOST_LANES = 4
+MOST_LANES, MOST_EYES = 4, 2
 """Models below each other; more stand in columns."""
 
 
@@ -137,10 +137,8 @@ class Content:
         Whether there is a text about it.
     surfaces
         Names of the geoms that pixels show; empty without truth.
-    seers
-        Robots of a swarm whose views are there, in a tab each.
     raster
-        Heading of the raster of their potentials; empty without one.
+        Heading of the raster of a swarm's potentials; empty without one.
     """
 
     models: tuple[RecordedModel, ...] = ()
@@ -154,7 +152,6 @@ class Content:
     above: bool = False
     noted: bool = False
     surfaces: tuple[str, ...] = ()
-    seers: tuple[str, ...] = ()
     raster: str = ""
 
 
@@ -177,7 +174,7 @@ class Frames:
     plots
         Entity -> (T, k), a value of each series.
     taken
-        A model's label -> which of the frames it took; others took all.
+        A model's label, or an eye -> which of the frames it took; others took all.
     truth
         Eye -> what its pixels truly show in each frame, T of them.
     """
@@ -193,7 +190,7 @@ class Frames:
     truth: Mapping[str, Sequence[Truth]] = field(default_factory=dict)
 
     def times(self, model: str = "", at: slice | npt.NDArray[np.intp] = slice(None)) -> list[rr.TimeColumn]:
-        """Return the timelines of the frames that a model took, or of some ``at`` of them; of no model, of all."""
+        """Return the timelines of the frames that one took, or of some ``at`` of them; of no model, of all."""
         taken = self.taken.get(model, slice(None))
         return times(self.time_s[taken][at], self.frame[taken][at])
 
@@ -357,7 +354,7 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
             chunks += _pictures(entity, rr.Image, images, when)
         else:
             chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
-            chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
+            chunks.append(chunk(entity, frames.times(eye), rr.EncodedImage.columns(blob=images)))
     for eye, truths in frames.truth.items():
         chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
     for name, images in frames.maps.items():
@@ -519,6 +516,8 @@ def views(content: Content) -> list[tuple[float, Any]]:
         if apart:
             true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
             top.append((3.0, rrb.Vertical(*true)))
+    if len(content.eyes) > MOST_EYES:  # a swarm's
+        top[1:] = [(4.0, rrb.Tabs(*(view for _, view in top[1:])))]
     if content.maps:
         label = content.models[0].label
         maps = [
@@ -526,8 +525,6 @@ def views(content: Content) -> list[tuple[float, Any]]:
             for name, _ in content.maps
         ]
         top.append((5.0, rrb.Grid(*maps, grid_columns=2)))
-    if content.seers:
-        top.append((4.0, rrb.Tabs(*(rrb.Spatial2DView(origin=f"/eyes/{name}", name=name) for name in content.seers))))
     if content.noted:
         top.append((3.0, rrb.TextDocumentView(origin="/about", name="about")))
     rows: list[tuple[float, Any]] = []
@@ -566,7 +563,7 @@ def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
         eye = rrb.EyeControls3D(position=(0, 0, 105), look_target=(0, 0, 0), eye_up=(0, 1, 0))
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
-    hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
+    hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[content.camera is not None :]]
     hidden += [f"- /{camera_entity(eye)}/truth/**" for eye in content.eyes if content.surfaces]
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(

@@ -15,8 +15,8 @@ from experiments.base.errors import UsageError, check_known
 from experiments.base.files import read_parquet
 
 Images = npt.NDArray[np.uint8]
-CAMERA = re.compile(r"world/observer/(camera(?:_(\w+))?)/image|eyes/\w+")
-"""Entity of what an eye saw; further eyes have a name of their own, and the robots of a swarm theirs."""
+CAMERA = re.compile(r"world/observer/(camera(?:_(\w+))?)/image")
+"""Entity of what an eye saw; further eyes have a name of their own."""
 
 
 def recordings_in(folder: Path) -> list[Path]:
@@ -128,7 +128,7 @@ def pictures(path: Path) -> dict[str, Images]:
     UsageError
         The file cannot be read, or holds pictures that cannot.
     """
-    eyes = {entity: match[1] or entity for entity, _ in chunks(path) if (match := CAMERA.fullmatch(entity))}
+    eyes = {entity: match[1] for entity, _ in chunks(path) if (match := CAMERA.fullmatch(entity))}
     return {eyes[entity]: np.stack([image for _, image in pictures_of(path, entity)]) for entity in sorted(eyes)}
 
 
