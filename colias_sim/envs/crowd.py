@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,13 @@ import numpy.typing as npt
 from colias_sim.config import CameraConfig
 from colias_sim.envs.geometry import ARENA_RADIUS
 from colias_sim.envs.options import FPS
-from colias_sim.envs.swarm import WALL, Body
+from colias_sim.envs.swarm import WALL, Body, Drive, Swarm
 from colias_sim.pose import Pose, WheelSpeeds
 
 Tracks = npt.NDArray[np.float64]
 """A type: places of the robots, (T, N, 3), x and y in m, heading in radians."""
+Seen = dict[str, list[npt.NDArray[np.uint8]]]
+"""A type: name of a robot -> its pictures, (R, C) each."""
 HULL_CM, TURN = 4.0, 0.25
 """Diameter of a hull, and wheel speeds of a turn on the spot, as shares of the maximum: 313 degrees/s."""
 RING_M, GAP_M = 0.26, 0.11
@@ -103,6 +105,37 @@ def _links(tracks: Tracks) -> tuple[Tracks, Tracks]:
     x, y, heading = np.moveaxis(tracks, 2, 0)
     dx, dy = x[:, :-1] - x[:, 1:], y[:, :-1] - y[:, 1:]
     return np.hypot(dx, dy), np.remainder(np.arctan2(dy, dx) - heading[:, 1:] + np.pi, 2 * np.pi) - np.pi
+
+
+def played(swarm: Swarm, drives: Mapping[str, Drive], frames: int, every: int) -> tuple[Tracks, Tracks, Seen]:
+    """Play some frames.
+
+    Parameters
+    ----------
+    swarm
+        The robots, after their reset.
+    drives
+        What drives each.
+    frames
+        How many.
+    every
+        Number of frames from one picture that is kept to the next; 0 keeps none.
+
+    Returns
+    -------
+    tracks, commands : ndarray
+        Places, (T, N, 3), and wheel speeds, (T, N, 2), as shares of the maximum.
+    seen : dict of str to list of ndarray
+        The pictures by the robot's name.
+    """
+    tracks, commands, seen = [], [], Seen((name, []) for name in drives if every)
+    for frame in range(frames):
+        swarm.play(drives)
+        tracks.append([(pose.x, pose.y, pose.heading) for pose in swarm.sim.poses.values()])
+        commands.append([agent.wheels for agent in swarm.agents.values()])
+        for name in seen if every and frame % every == 0 else ():
+            seen[name].append(swarm.agents[name].luma)
+    return np.array(tracks), np.array(commands), seen
 
 
 def encounters(tracks: Tracks, collisions: Sequence[tuple[int, frozenset[str]]]) -> dict[str, float]:

@@ -1,43 +1,49 @@
-"""Episodes of behaviours in an env: plan them, and score, judge, draw and show a run of them."""
+"""Episodes of behaviours in an env, and trials of many robots: plan, score, judge, draw and show a run of them."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import cloudpickle
 import polars as pl
 
 from colias_sim.arena import arena_files
-from colias_sim.config import known_arena
+from colias_sim.config import CameraConfig, RobotConfig, known_arena
 from colias_sim.envs import ENVS
-from colias_sim.envs.options import checked
+from colias_sim.envs.options import FPS, checked
 from colias_sim.envs.randomise import PRESET
+from experiments.base import console
 from experiments.base.console import count, progress, show_files
 from experiments.base.errors import UsageError, check_known, check_unique
 from experiments.base.user_code import declared, is_own
-from experiments.declare.behaviour import ENDING, Behaviour, load_policy
+from experiments.declare.behaviour import BLIND, ENDING, Behaviour, Scenario, load_policy
+from experiments.declare.outcome import Outcome
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import scores as scoring
-from experiments.judge.tests import Score
-from experiments.judge.verdict import document
+from experiments.judge.tests import Score, summary_rows
+from experiments.judge.verdict import Verdict, document, verdict_of
+from experiments.kinds import clips, registry
 from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
-from experiments.settings.models import choose, named_model
-from experiments.settings.settings import check_counts
+from experiments.settings.models import choose, look_up, named_model, shown_models
+from experiments.settings.parameters import differing
+from experiments.settings.settings import applied, by_section, check_counts, with_values
+from experiments.show import episodes as showing
 from experiments.show.episodes import EPISODES, FROZEN, STEPS, EpisodeTrial, env_id, play, record
 from experiments.show.play import one_thread
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.folder import RunFolder
+from experiments.store.folder import THRESHOLDS, RunFolder
 from experiments.store.plan import Plan
-from experiments.store.tables import TrialRecord, drawn_here, recording_of
+from experiments.store.tables import TrialRecord, drawn_here, group, recording_of
 from scenes import is_arena_file
 
 if TYPE_CHECKING:
@@ -46,6 +52,8 @@ if TYPE_CHECKING:
 SET_BY_BEHAVIOUR = ("observation", "actions", "model")
 EPISODES_EACH = 20
 """Episodes of each behaviour, where none are asked for."""
+SWARM = ("model", "robots", "speed_cm_s", "seconds")
+"""Columns that a scenario's trials differ by, and their length; the other numbers are measured."""
 
 
 # What is run.
@@ -188,14 +196,18 @@ def load_behaviour(source: str) -> Behaviour:
 
 def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     """Score the episodes in ``folder``, judge claims about them, and write verdicts, summary and figure."""
-    from experiments.draw import style  # not before: workers do without matplotlib
-
     played, env, trials = plan.resolved, plan.resolved["env"], folder.table("trials")
     claims = () if played["options"] else claims_on("behaviours").values()  # a claim is about the env as it is
-    folder.write_json("claims.json", document(scoring.verdicts(claims, env, plan.declared, trials)))
-    summary = scoring.summary(trials, env, played["reference"])
-    if not summary.is_empty():
-        folder.write_rows("summary.csv", summary.to_dicts())
+    verdicts = scoring.verdicts(claims, env, plan.declared, trials)
+    _write(folder, verdicts, scoring.summary(trials, env, played["reference"]).to_dicts())
+
+
+def _write(folder: RunFolder, verdicts: Sequence[Verdict], summary: Sequence[Mapping[str, Any]]) -> None:
+    from experiments.draw import style  # not before: workers do without matplotlib
+
+    folder.write_json("claims.json", document(verdicts))
+    if summary:
+        folder.write_rows("summary.csv", summary)
         style.save(load(folder.folder).figure(), folder.folder / "figure")
 
 
@@ -277,3 +289,93 @@ def words(run: Run) -> str:
 
 
 KIND = Kind(plan, concluding(conclude), draw, show, chapter="Behaviours", words=words)
+
+# Many robots.
+
+
+def plan_swarms(asked: Asked) -> Plan[showing.SwarmTrial]:
+    """Return the plan of a scenario: every number of robots and speed, by every model, in equal starts.
+
+    Parameters
+    ----------
+    asked
+        What was asked for. Values are of the sections ``swarm``, ``robot``, ``camera`` and of the models. Its option is
+        ``recordings``, whether to keep these.
+
+    Raises
+    ------
+    UsageError
+        It cannot be run so.
+    """
+    scenario: Scenario = registry.declaration(asked)
+    repeats = scenario.repeats if asked.repeats is None else asked.repeats
+    check_counts(asked.seed, repeats)
+    shown = shown_models(scenario.models, asked.models, asked.only)
+    looking = look_up([name for name in shown if name != BLIND])
+    usual = {"robot": RobotConfig(), "camera": CameraConfig(), "swarm": scenario.design}
+    given = by_section(asked.values, {model.section: model.network for model in looking} | usual)
+    models = applied(looking, given)
+    settings = {name: with_values(name, value, given.get(name, {})) for name, value in usual.items()}
+    changed = differing(models, others={name: (usual[name], value) for name, value in settings.items()})
+    design = settings.pop("swarm")
+    densities = [*product(design.robots, design.speeds_cm_s)]
+    cases = product(range(repeats), densities, [*((model,) for model in models), *[()] * (BLIND in shown)])
+    trials = [showing.SwarmTrial(scenario.name, index, repeat, asked.seed + repeat, condition, seen_by)
+              for index, (repeat, condition, seen_by) in enumerate(cases)]  # fmt: skip
+    declared = {name: getattr(scenario, name) for name in ("name", "summary", "figure", "along")}
+    resolved = {
+        "experiment": declared, "repeats": repeats, "seed": asked.seed, "trials": len(trials), "models": models,
+        "swarm": design, **({"changed": changed} if changed else {}),
+        THRESHOLDS: {model.label: model.thresholds for model in models},
+        "chance": [(*case, scenario.chance(*case)) for case in densities] if scenario.chance else [],
+        **provenance.of((model.source for model in models), scenario),
+    }  # fmt: skip
+    # A worker finds the scenario by its name or its file; one of a script travels with its functions.
+    source = scenario.file or (scenario.name if asked.declared is None else cloudpickle.dumps(scenario))
+    work = partial(play_swarm_trial, source=source, options={**settings, "arena": scenario.arena},
+                   frames=round(design.seconds * FPS), recorded=bool(asked.option("recordings", True)))  # fmt: skip
+    columns = pl.Schema({**showing.SWARM_TRIALS, **dict.fromkeys(scenario.measures, float)})
+    return Plan(asked, scenario.name, trials, work, resolved, (columns, showing.SWARM_STEPS), scenario, models)
+
+
+def play_swarm_trial(
+    trial: showing.SwarmTrial, *, source: str | bytes, options: Mapping[str, Any], frames: int, recorded: bool
+) -> TrialRecord:  # fmt: skip
+    """Play a trial of a scenario in a worker."""
+    with one_thread():
+        scenario = cloudpickle.loads(source) if isinstance(source, bytes) else registry.find(source)
+        done = showing.play_swarm(trial, scenario, options, frames, recorded=recorded)
+    return drawn_here(done) if trial.models else done
+
+
+def conclude_swarms(plan: Plan[showing.SwarmTrial], folder: RunFolder) -> None:
+    """Judge the claims of a scenario, a repeat being a replicate, and write verdicts, summary and figure."""
+    rows = folder.table("trials").to_dicts()
+    repeats, shown = group(rows, "repeat").values(), {row["model"] for row in rows}
+    size, lost = len(plan.trials) // plan.resolved["repeats"], Outcome.unjudged("trials of its swarms are not there")
+    found = []
+    for claim in plan.declared.claims if rows else ():
+        whole = [len(part) == size and claim.models <= shown for part in repeats]
+        judged = [claim.evaluate(part) if there else lost for part, there in zip(repeats, whole, strict=True)]
+        found.append(verdict_of(claim, judged, experiment=plan.name))
+    measured = [name for name, kind in plan.schemas[0].items() if kind == pl.Float64 and name not in SWARM]
+    _write(folder, found, summary_rows(rows, SWARM[:3], measured, ()))
+
+
+def draw_swarms(run: Run) -> Figure:
+    """Draw the scenario's column against what it varies, a line a swarm, and what it is by chance."""
+    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
+
+    return behaviours.draw_swarms(run.trials, run.description)
+
+
+def show_swarms(run: Run) -> None:
+    """Print means over repeats, the verdicts, and where everything is."""
+    if run.done:
+        column = run.description["experiment"]["figure"][0]
+        console.show(run.summary.filter(quantity=column).drop("quantity"), column)
+        show_verdicts(run.verdicts)
+        show_files(run.folder, count(run.trials.height, "trial"))
+
+
+SWARMS = Kind(plan_swarms, concluding(conclude_swarms), draw_swarms, show_swarms, chapter="Swarms", words=clips.words)

@@ -28,10 +28,8 @@ Declared = Experiment | OfflineExperiment | Scenario
 def load(name: str) -> Experiment:
     """Return the experiment with the robot called ``name``; see `find`. Raises `UsageError` for an off-line one."""
     experiment = find(name)
-    if isinstance(experiment, Scenario):
-        raise UsageError(f"{name}: it is of many robots, not of one that sees")
-    if isinstance(experiment, OfflineExperiment):
-        raise UsageError(f"{name}: it shows clips, without a robot; see colias list parameters STIMULUS")
+    if not isinstance(experiment, Experiment):
+        raise UsageError(f"{name}: no single robot sees in it; of clips see colias list parameters STIMULUS")
     return experiment
 
 

@@ -14,7 +14,7 @@ KINDS: Mapping[str, str] = {
     "watch": "experiments.kinds.footage:KIND",
     "measured": "experiments.kinds.log:KIND",
     "tuning": "experiments.kinds.tuning:KIND",
-    "swarm": "experiments.kinds.swarm:KIND",
+    "swarm": "experiments.kinds.episodes:SWARMS",
     "sweep": "experiments.kinds.sweep:KIND",
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",

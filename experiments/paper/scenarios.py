@@ -55,8 +55,10 @@ def halved(model: str, id: str, title: str, says: str) -> Claim:
         share = seeing / blind if blind else math.inf
         return [Check(f"{seeing} collisions of {model}, {blind} of blind ones: {share:.2f}", share, 0.5, "at most")]
 
-    says = f"robots that turn away from {says} collide at most half as often as blind ones"
-    return Claim(id, judge, says, title=f"{title} halves collisions in traffic", on="swarm", models={model, BLIND})
+    return Claim(
+        id=id, judge=judge, title=f"{title} halves collisions in traffic", on="swarm", models={model, BLIND},
+        says=f"robots that turn away from {says} collide at most half as often as blind ones",
+    )  # fmt: skip
 
 
 def kept(rows: Sequence[Mapping[str, Any]]) -> list[Check]:
@@ -80,7 +82,9 @@ SCENARIOS = (
         design=SwarmDesign(robots=(5,), speeds_cm_s=(4.0, 8.0), seconds=8.0),
         measures={"spread_cm": crowd.spread_cm, "breaks": crowd.breaks},
         figure=("breaks", "share of links broken"), along="speed_cm_s", arena="plain",
-        claims=(Claim("B7", kept, "of a chain that nulls HS the share of links that break is lower by half or more than"
-                      " of a blind one", title="HS keeps a chain together", on="swarm", models={"dsnn", BLIND}),),
+        claims=(Claim(
+            id="B7", judge=kept, title="HS keeps a chain together", on="swarm", models={"dsnn", BLIND},
+            says="of a chain that nulls HS the share of links that break is lower by half or more than of a blind one",
+        ),),
     ),
 )  # fmt: skip

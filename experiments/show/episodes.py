@@ -20,7 +20,7 @@ import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.config import SceneConfig
 from colias_sim.envs import ENVS, NEURAL, State
 from colias_sim.envs.base import ColiasEnv
-from colias_sim.envs.crowd import Tracks, encounters
+from colias_sim.envs.crowd import Seen, Tracks, encounters, played
 from colias_sim.envs.options import FPS, checked
 from colias_sim.envs.senses import Model, Response, build_model
 from colias_sim.envs.swarm import WALL, Swarm, SwarmOptions
@@ -441,15 +441,15 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
 
 # --- many robots ------------------------------------------------------------------------------------------------------
 
-SWARMS = pl.Schema(
+SWARM_TRIALS = pl.Schema(
     {**JOB, "robots": int, "speed_cm_s": float, "seconds": float, "collisions": int}
     | dict.fromkeys(("collisions_a_min", "wall_a_min", "driven_m"), float)
 )
 """Columns of ``trials.parquet``, and those that a scenario measures: a row per trial, of all its robots."""
 SWARM_STEPS = pl.Schema({name: kind for name, kind in STEPS.items() if name != "reward"} | {"touches": str})
 """Columns of ``frames.parquet``: a row per frame and robot of the first repeat; ``touches`` is whom it has begun to."""
-EVERY, SHOWN_FRAMES, ROW_PX = 3, 15, 8
-"""Frames from one picture of an eye to the next; frames for which a collision is marked; rows of the raster a robot."""
+EVERY, ROW_PX = 3, 8
+"""Frames from one picture of an eye to the next; rows of the raster a robot."""
 
 
 class SwarmTrial(EpisodeTrial):
@@ -472,18 +472,11 @@ def play_swarm(
     swarm = Swarm(checked(SwarmOptions, {**options, **senses, "robots": number}))
     rng, ahead = stream("swarm.start", trial.seed), speed_cm_s / swarm.options.robot.max_speed_cm_s
     seeds = np.random.SeedSequence(trial.seed, spawn_key=KEYS["swarm.drive"]).spawn(number)
-    tracks, commands = np.empty((frames, number, 3)), np.empty((frames, number, 2))
-    images: dict[str, list[Any]] = {name: [] for name in swarm.agents if recorded and model}
     with closing(swarm.sim):
         swarm.reset(dict(zip(swarm.agents, scenario.start(rng, number), strict=True)), rng, trial.seed)
         drives = {name: scenario.make(k, ahead, channels, np.random.default_rng(seeds[k]))
                   for k, name in enumerate(swarm.agents)}  # fmt: skip
-        for frame in range(frames):
-            swarm.play(drives)
-            tracks[frame] = [(pose.x, pose.y, pose.heading) for pose in swarm.sim.poses.values()]
-            commands[frame] = [agent.wheels for agent in swarm.agents.values()]
-            for name, seen in images.items() if frame % EVERY == 0 else ():
-                seen.append(swarm.agents[name].luma)
+        tracks, commands, images = played(swarm, drives, frames, EVERY if recorded and model else 0)
     row = {
         "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
         "model": label, "robots": number, "speed_cm_s": speed_cm_s, "seconds": frames / FPS,
@@ -512,7 +505,7 @@ def raster(potentials: Sequence[Sequence[float]]) -> rerun.Images:
     return np.repeat(np.clip(127.5 + 127.5 * values, 0, 255).astype(np.uint8), ROW_PX, axis=0)
 
 
-def record_swarm(name: str, swarm: Swarm, ways: Tracks, images: Mapping[str, Sequence[rerun.Images]]) -> bytes:
+def record_swarm(name: str, swarm: Swarm, ways: Tracks, images: Seen) -> bytes:
     """Return the recording of a trial, as the bytes of an .rrd file.
 
     Parameters
@@ -527,16 +520,13 @@ def record_swarm(name: str, swarm: Swarm, ways: Tracks, images: Mapping[str, Seq
         What each saw, every `EVERY` frames; empty of blind robots.
     """
     robots, frame, hue = [*swarm.agents], np.arange(len(ways)), palette.rgb(palette.TRUE)
-    met = [(at, [robots.index(one) for one in pair]) for at, pair in swarm.collisions if WALL not in pair]
-    dots = [(k, *ways[at, pair, :2].mean(axis=0), 4.0) for k in frame for at, pair in met if 0 <= k - at < SHOWN_FRAMES]
-    marks = np.reshape(dots, (-1, 4))
-    counts = np.bincount(marks[:, 0].astype(int), minlength=len(frame))
+    met = [ways[at, [robots.index(one) for one in pair], :2].mean(axis=0)
+           for at, pair in swarm.collisions if WALL not in pair]  # fmt: skip
     time_s = (frame + 1.0) / FPS
     nose = rr.Arrows3D(origins=[[0, 0, 4.5]], vectors=[[4.5, 0, 0]], colors=[hue], radii=[0.4])
     more = [rerun.fixed(f"world/{robot}/heading", nose) for robot in robots]
-    look, places = rr.Points3D.from_fields(colors=[hue], radii=[2.0]), rr.Points3D.columns(positions=marks[:, 1:])
-    more += [rerun.fixed("world/collisions", look),
-             rerun.chunk("world/collisions", rerun.times(time_s, frame), places.partition(counts))]  # fmt: skip
+    dots = rr.Points3D([(*place, 4.0) for place in met], colors=[hue], radii=[1.0])
+    more += [rerun.fixed("world/collisions", dots)] * bool(met)
     heading = ""
     if images:
         models: list[Any] = [agent.model for agent in swarm.agents.values()]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from colias_sim.envs.crowd import Pedestrian, by_chance, chain, links
+from colias_sim.envs.crowd import Pedestrian, breaks, by_chance, chain, spread_cm
 from colias_sim.envs.swarm import Body
 
 
@@ -46,9 +46,9 @@ def test_links_of_a_chain():
     """Robots that drive on as they stand break no link; one that turns round, and one that falls behind, do."""
     start = np.array([(pose.x, pose.y, pose.heading) for pose in chain(np.random.default_rng(0), 4)])
     still = np.repeat(start[None], 40, axis=0)
-    assert links(still) == {"spread_cm": 0.0, "breaks": 0.0}
+    assert spread_cm(still) == 0.0 == breaks(still)
     turned, behind = still.copy(), still.copy()
     turned[:, 2, 2] += math.pi
     behind[20:, 3, :2] *= 3
-    assert links(turned)["breaks"] == pytest.approx(1 / 3) == links(behind)["breaks"]
-    assert links(behind)["spread_cm"] > 5
+    assert breaks(turned) == pytest.approx(1 / 3) == breaks(behind)
+    assert spread_cm(behind) > 5

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import cloudpickle
 import numpy as np
 import polars as pl
 import pytest
@@ -12,18 +11,18 @@ from colias_sim import Pose
 from colias_sim.envs.swarm import APART
 from experiments import Check, Claim, Scenario, SwarmDesign, load, run, sweep
 from experiments.base.errors import UsageError
-from experiments.declare.scenario import BLIND
+from experiments.declare.behaviour import BLIND
 from experiments.draw.video import Reel
-from experiments.kinds.swarm import SwarmTrial, play
-from experiments.paper.scenarios import FOLLOW, TRAFFIC
+from experiments.paper.scenarios import SCENARIOS
 from experiments.settings.models import choose
 from experiments.settings.settings import applied, look_up
-from experiments.show.swarm import ROW_PX, raster
+from experiments.show.episodes import ROW_PX, SwarmTrial, play_swarm, raster
 from experiments.store.folder import RunFolder
 from experiments.store.recordings import pictures
 
 BRIEF = {"swarm.robots": [2, 3], "swarm.seconds": 1.0}
 OPTIONS = {"arena": "bright"}
+TRAFFIC, FOLLOW = SCENARIOS
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +62,7 @@ def test_a_run_of_swarms_resumes(whole, tmp_path, monkeypatch):
 
 def played(scenario, number, seed=0, models=(), frames=20, options=OPTIONS):
     trial = SwarmTrial(scenario.name, 0, 0, seed, (number, 8.0), models)
-    return play(trial, source=cloudpickle.dumps(scenario), options=options, frames=frames)
+    return play_swarm(trial, scenario, options, frames)
 
 
 def line(rng, number):
@@ -151,7 +150,7 @@ def test_a_recording_has_every_way_and_view_and_collision(whole):
         np.testing.assert_allclose(track[1:3], own.select("x_cm", "y_cm").to_numpy().T, atol=1e-4)
     seen = pictures(second)
     assert {eye: images.shape for eye, images in seen.items()} == {
-        f"eyes/robot{k}": (10, 72, 99) for k in range(3)
+        f"camera_robot{k}": (10, 72, 99) for k in range(3)
     }  # a picture each three frames
     assert len(pictures(first)) == 2
     assert raster([[-1.0, 1.0], [0.0, 0.5]]).shape == (2 * ROW_PX, 2)
