@@ -253,9 +253,7 @@ class Scenario:
     measures
         Further columns of a trial: column -> function from its `Tracks` to a number.
     figure
-        Column that is drawn, and its heading with the unit.
-    along
-        What it is drawn against: ``robots`` or ``speed_cm_s``.
+        Column that is drawn, and its heading with the unit: against the number of robots, or speed where that is one.
     chance
         What the figure's column is by chance, from the number of robots and the speed in cm/s.
     arena
@@ -291,7 +289,6 @@ class Scenario:
     design: SwarmDesign = field(default_factory=SwarmDesign)
     measures: Mapping[str, Callable[[Tracks], float]] = field(default_factory=dict)
     figure: tuple[str, str] = ("collisions_a_min", "collisions a robot-minute")
-    along: str = "robots"
     chance: Callable[[int, float], float] | None = None
     arena: str = "bright"
     repeats: int = 1

@@ -150,7 +150,8 @@ def draw_swarms(trials: pl.DataFrame, described: Mapping[str, Any]) -> Figure:
     described
         The contents of ``run.json``.
     """
-    (column, heading), along = described["experiment"]["figure"], described["experiment"]["along"]
+    column, heading = described["experiment"]["figure"]
+    along = "robots" if trials["robots"].n_unique() > 1 else "speed_cm_s"
     with style.look():
         figure = Figure(figsize=(5.0, 3.4), layout="constrained")
         axes = figure.subplots()
@@ -160,8 +161,7 @@ def draw_swarms(trials: pl.DataFrame, described: Mapping[str, Any]) -> Figure:
         chance = [(case[along == "speed_cm_s"], case[2]) for case in described["chance"]]
         if chance:
             axes.plot(*zip(*sorted(chance), strict=True), "--", color=palette.THRESHOLD, lw=0.8, label="chance")
-        axes.set(xlabel={"robots": "robots", "speed_cm_s": "speed (cm/s)"}[along], ylabel=heading)
-        axes.set(xticks=trials[along].unique().sort(), ylim=(0.0, None))
+        axes.set(xlabel=style.axis(along), ylabel=heading, xticks=trials[along].unique().sort(), ylim=(0.0, None))
         best = trials.group_by("model", maintain_order=True).agg(pl.col(column).mean()).sort(column)["model"]
         style.headline(figure, f"{heading[:1].upper()}{heading[1:]}: {', '.join(best)}, from the least")
         style.legend(figure, [axes])

@@ -199,8 +199,8 @@ class Canvas:
         self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
-            more = [*([CHANGE] if reel.eyes and len(reel.eyes) < MOST_EYES else []), *([FLOW] if reel.flow else [])]
-            kinds = [*reel.eyes, *more, *["plan"] * bool(reel.tracks)]
+            more = {CHANGE: 0 < len(reel.eyes) < MOST_EYES, FLOW: reel.flow, "plan": reel.tracks}
+            kinds = [*reel.eyes, *(kind for kind, there in more.items() if there)]
             heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
             figure.suptitle(": ".join(filter(None, (reel.properties.get("experiment"), reel.name))), x=0.01, ha="left")
@@ -212,23 +212,19 @@ class Canvas:
             for place, column in enumerate(self.panels):
                 for kind, axes in column.items():
                     axes.set(xticks=[], yticks=[])
-                    self._updates[place].append(
-                        {"plan": self._plan, FLOW: self._flow}.get(kind, self._picture)(kind, axes)
-                    )
+                    draw = {"plan": self._plan, FLOW: self._flow}.get(kind, self._picture)
+                    self._updates[place].append(draw(kind, axes))
                     if place == 0:
                         axes.set_title(_panel_title(kind), loc="left")
             for time_s, axes in zip(moments, grid[0], strict=False):
                 axes.set_title(f"{time_s:.2f} s", loc="right")
             self.lanes = self._draw_lanes(parts[1], moments)
-            self._draw_clock()
+            if self._film:
+                clock = figure.text(0.99, 0.99, "", ha="right", va="top", animated=True)
+                self._updates[0].append(lambda time_s, _: clock.set_text(f"{time_s:.2f} s"))
             self._canvas.draw()
         self._still = self._canvas.copy_from_bbox(figure.bbox)
         self._moving = figure.findobj(lambda artist: artist.get_animated())
-
-    def _draw_clock(self) -> None:
-        if self._film:
-            clock = self.figure.text(0.99, 0.99, "", ha="right", va="top", animated=True)
-            self._updates[0].append(lambda time_s, _: clock.set_text(f"{time_s:.2f} s"))
 
     def _picture(self, kind: str, axes: Axes) -> Update:
         first = next(pictures_of(self._reel.path, next(iter(self._reel.eyes)) if kind == CHANGE else kind))[1]

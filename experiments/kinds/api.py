@@ -10,7 +10,6 @@ from experiments.base.console import print_troubles
 from experiments.base.errors import UsageError
 from experiments.base.files import results_folder
 from experiments.base.values import by_key
-from experiments.declare.behaviour import Scenario
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
 from experiments.declare.study import Fit, Study, tuple_of
@@ -24,7 +23,7 @@ __all__ = ["fit", "run", "sweep", "watch"]
 
 
 def run(
-    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment | Scenario,
+    experiment: str | os.PathLike[str] | registry.Declared,
     *,
     seed: int = 0,
     repeats: int | None = None,

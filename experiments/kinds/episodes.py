@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -19,8 +19,7 @@ from colias_sim.config import CameraConfig, RobotConfig, known_arena
 from colias_sim.envs import ENVS
 from colias_sim.envs.options import FPS, checked
 from colias_sim.envs.randomise import PRESET
-from experiments.base import console
-from experiments.base.console import count, progress, show_files
+from experiments.base.console import count, progress, show as show_table, show_files
 from experiments.base.errors import UsageError, check_known, check_unique
 from experiments.base.user_code import declared, is_own
 from experiments.declare.behaviour import BLIND, ENDING, Behaviour, Scenario, load_policy
@@ -30,7 +29,6 @@ from experiments.judge import scores as scoring
 from experiments.judge.tests import Score, summary_rows
 from experiments.judge.verdict import Verdict, document, verdict_of
 from experiments.kinds import clips, registry
-from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
 from experiments.settings.models import choose, look_up, named_model, shown_models
@@ -52,8 +50,6 @@ if TYPE_CHECKING:
 SET_BY_BEHAVIOUR = ("observation", "actions", "model")
 EPISODES_EACH = 20
 """Episodes of each behaviour, where none are asked for."""
-SWARM = ("model", "robots", "speed_cm_s", "seconds")
-"""Columns that a scenario's trials differ by, and their length; the other numbers are measured."""
 
 
 # What is run.
@@ -188,7 +184,7 @@ def load_behaviour(source: str) -> Behaviour:
         return cast(Behaviour, known[source])
     entry = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
-    return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
+    return replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
 
 
 # What it comes to.
@@ -197,7 +193,7 @@ def load_behaviour(source: str) -> Behaviour:
 def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     """Score the episodes in ``folder``, judge claims about them, and write verdicts, summary and figure."""
     played, env, trials = plan.resolved, plan.resolved["env"], folder.table("trials")
-    claims = () if played["options"] else claims_on("behaviours").values()  # a claim is about the env as it is
+    claims = () if played["options"] else registry.claims_on("behaviours").values()  # a claim is about the env as it is
     verdicts = scoring.verdicts(claims, env, plan.declared, trials)
     _write(folder, verdicts, scoring.summary(trials, env, played["reference"]).to_dicts())
 
@@ -267,18 +263,24 @@ def score(
 
 
 def draw(run: Run) -> Figure:
-    """Draw the figure of a run of episodes, from its folder alone."""
+    """Draw the figure of a run of episodes or of swarms, from its folder alone."""
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
+    if run.kind == "swarm":
+        return behaviours.draw_swarms(run.trials, run.description)
     return behaviours.draw(run.trials, run.frames, behaviours.caption(run.description))
 
 
 def show(run: Run) -> None:
-    """Print what a run comes to: each behaviour's measures, the verdicts, and where everything is."""
+    """Print what a run comes to: each behaviour's measures or each swarm's, the verdicts, and where everything is."""
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
-    if run.done:
+    if run.done and run.kind == "swarm":
+        column = run.description["experiment"]["figure"][0]
+        show_table(run.summary.filter(quantity=column).drop("quantity"), column)
+    elif run.done:
         behaviours.show(run.summary, behaviours.caption(run.description))
+    if run.done:
         show_verdicts(run.verdicts)
         show_files(run.folder, count(run.trials.height, "episode"))
 
@@ -293,7 +295,7 @@ KIND = Kind(plan, concluding(conclude), draw, show, chapter="Behaviours", words=
 # Many robots.
 
 
-def plan_swarms(asked: Asked) -> Plan[showing.SwarmTrial]:
+def plan_swarms(asked: Asked) -> Plan[EpisodeTrial]:
     """Return the plan of a scenario: every number of robots and speed, by every model, in equal starts.
 
     Parameters
@@ -318,37 +320,39 @@ def plan_swarms(asked: Asked) -> Plan[showing.SwarmTrial]:
     settings = {name: with_values(name, value, given.get(name, {})) for name, value in usual.items()}
     changed = differing(models, others={name: (usual[name], value) for name, value in settings.items()})
     design = settings.pop("swarm")
-    densities = [*product(design.robots, design.speeds_cm_s)]
+    densities = {f"{n} robots at {v:g} cm/s": (n, v) for n, v in product(design.robots, design.speeds_cm_s)}
     cases = product(range(repeats), densities, [*((model,) for model in models), *[()] * (BLIND in shown)])
-    trials = [showing.SwarmTrial(scenario.name, index, repeat, asked.seed + repeat, condition, seen_by)
+    trials = [EpisodeTrial(scenario.name, index, repeat, asked.seed + repeat, condition, seen_by)
               for index, (repeat, condition, seen_by) in enumerate(cases)]  # fmt: skip
-    declared = {name: getattr(scenario, name) for name in ("name", "summary", "figure", "along")}
+    declared = {name: getattr(scenario, name) for name in ("name", "summary", "figure")}
     resolved = {
         "experiment": declared, "repeats": repeats, "seed": asked.seed, "trials": len(trials), "models": models,
         "swarm": design, **({"changed": changed} if changed else {}),
         THRESHOLDS: {model.label: model.thresholds for model in models},
-        "chance": [(*case, scenario.chance(*case)) for case in densities] if scenario.chance else [],
+        "chance": [(*case, scenario.chance(*case)) for case in densities.values()] if scenario.chance else [],
         **provenance.of((model.source for model in models), scenario),
     }  # fmt: skip
     # A worker finds the scenario by its name or its file; one of a script travels with its functions.
     source = scenario.file or (scenario.name if asked.declared is None else cloudpickle.dumps(scenario))
-    work = partial(play_swarm_trial, source=source, options={**settings, "arena": scenario.arena},
+    work = partial(play_swarm_trial, source=source, cases=densities, options={**settings, "arena": scenario.arena},
                    frames=round(design.seconds * FPS), recorded=bool(asked.option("recordings", True)))  # fmt: skip
-    columns = pl.Schema({**showing.SWARM_TRIALS, **dict.fromkeys(scenario.measures, float)})
+    columns = showing.SWARM_TRIALS | pl.Schema(dict.fromkeys(scenario.measures, float))
     return Plan(asked, scenario.name, trials, work, resolved, (columns, showing.SWARM_STEPS), scenario, models)
 
 
 def play_swarm_trial(
-    trial: showing.SwarmTrial, *, source: str | bytes, options: Mapping[str, Any], frames: int, recorded: bool
+    trial: EpisodeTrial, *, source: str | bytes, cases: Mapping[str, tuple[int, float]], options: Mapping[str, Any],
+    frames: int, recorded: bool,
 ) -> TrialRecord:  # fmt: skip
     """Play a trial of a scenario in a worker."""
     with one_thread():
-        scenario = cloudpickle.loads(source) if isinstance(source, bytes) else registry.find(source)
-        done = showing.play_swarm(trial, scenario, options, frames, recorded=recorded)
+        scenario = cast(Scenario, cloudpickle.loads(source) if isinstance(source, bytes) else registry.find(source))
+        case, recorded = cases[trial.label()], recorded and not trial.repeat
+        done = showing.play_swarm(trial, scenario, case, options, frames, recorded=recorded)
     return drawn_here(done) if trial.models else done
 
 
-def conclude_swarms(plan: Plan[showing.SwarmTrial], folder: RunFolder) -> None:
+def conclude_swarms(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     """Judge the claims of a scenario, a repeat being a replicate, and write verdicts, summary and figure."""
     rows = folder.table("trials").to_dicts()
     repeats, shown = group(rows, "repeat").values(), {row["model"] for row in rows}
@@ -358,24 +362,8 @@ def conclude_swarms(plan: Plan[showing.SwarmTrial], folder: RunFolder) -> None:
         whole = [len(part) == size and claim.models <= shown for part in repeats]
         judged = [claim.evaluate(part) if there else lost for part, there in zip(repeats, whole, strict=True)]
         found.append(verdict_of(claim, judged, experiment=plan.name))
-    measured = [name for name, kind in plan.schemas[0].items() if kind == pl.Float64 and name not in SWARM]
-    _write(folder, found, summary_rows(rows, SWARM[:3], measured, ()))
+    measured = *showing.RATES, *plan.declared.measures
+    _write(folder, found, summary_rows(rows, ("model", "robots", "speed_cm_s"), measured, ()))
 
 
-def draw_swarms(run: Run) -> Figure:
-    """Draw the scenario's column against what it varies, a line a swarm, and what it is by chance."""
-    from experiments.draw import behaviours  # not before: matplotlib takes its time to load
-
-    return behaviours.draw_swarms(run.trials, run.description)
-
-
-def show_swarms(run: Run) -> None:
-    """Print means over repeats, the verdicts, and where everything is."""
-    if run.done:
-        column = run.description["experiment"]["figure"][0]
-        console.show(run.summary.filter(quantity=column).drop("quantity"), column)
-        show_verdicts(run.verdicts)
-        show_files(run.folder, count(run.trials.height, "trial"))
-
-
-SWARMS = Kind(plan_swarms, concluding(conclude_swarms), draw_swarms, show_swarms, chapter="Swarms", words=clips.words)
+SWARMS = replace(KIND, plan=plan_swarms, work=concluding(conclude_swarms), chapter="Swarms", words=clips.words)

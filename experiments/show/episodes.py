@@ -30,7 +30,7 @@ from dsnn.model import CHANNELS, SPIKING
 from experiments.base import palette
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
-from experiments.base.streams import KEYS, stream
+from experiments.base.streams import stream
 from experiments.base.user_code import traced
 from experiments.declare.behaviour import BLIND, Behaviour, Policy, Scenario
 from experiments.settings.models import CONTROL
@@ -441,9 +441,10 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
 
 # --- many robots ------------------------------------------------------------------------------------------------------
 
+RATES = "collisions_a_min", "wall_a_min", "driven_m"
+"""Measures of every scenario, a robot."""
 SWARM_TRIALS = pl.Schema(
-    {**JOB, "robots": int, "speed_cm_s": float, "seconds": float, "collisions": int}
-    | dict.fromkeys(("collisions_a_min", "wall_a_min", "driven_m"), float)
+    {**JOB, "robots": int, "collisions": int} | dict.fromkeys(("speed_cm_s", "seconds", *RATES), float)
 )
 """Columns of ``trials.parquet``, and those that a scenario measures: a row per trial, of all its robots."""
 SWARM_STEPS = pl.Schema({name: kind for name, kind in STEPS.items() if name != "reward"} | {"touches": str})
@@ -452,30 +453,23 @@ EVERY, ROW_PX = 3, 8
 """Frames from one picture of an eye to the next; rows of the raster a robot."""
 
 
-class SwarmTrial(EpisodeTrial):
-    """A trial of a scenario. Its condition is (robots, speed in cm/s); its model is that of all robots, or none."""
-
-    def label(self) -> str:
-        """Return the swarm, the number of robots and their speed."""
-        robots, speed = self.condition
-        return f"{self.models[0].label if self.models else BLIND}, {robots} robots at {speed:g} cm/s"
-
-
 def play_swarm(
-    trial: SwarmTrial, scenario: Scenario, options: Mapping[str, Any], frames: int, *, recorded: bool = False
-) -> TrialRecord:
-    """Play a trial of a scenario; the first repeat with a row per frame and robot, and ``recorded``."""
-    (number, speed_cm_s), model, first = trial.condition, next(iter(trial.models), None), not trial.repeat
-    recorded = recorded and first
+    trial: EpisodeTrial, scenario: Scenario, case: tuple[int, float], options: Mapping[str, Any], frames: int, *,
+    recorded: bool = False,
+) -> TrialRecord:  # fmt: skip
+    """Play a trial of a scenario with so many robots, at a speed in cm/s.
+
+    Its model is that of all robots, or none. The first repeat has a row per frame and robot; it may be ``recorded``.
+    """
+    (number, speed_cm_s), model, first = case, next(iter(trial.models), None), not trial.repeat
     label, channels = (model.label, model.channels) if model else (BLIND, ())
     senses = {"model": model.build, "observation": "neural"} if model else {"observation": "state"}
     swarm = Swarm(checked(SwarmOptions, {**options, **senses, "robots": number}))
     rng, ahead = stream("swarm.start", trial.seed), speed_cm_s / swarm.options.robot.max_speed_cm_s
-    seeds = np.random.SeedSequence(trial.seed, spawn_key=KEYS["swarm.drive"]).spawn(number)
     with closing(swarm.sim):
         swarm.reset(dict(zip(swarm.agents, scenario.start(rng, number), strict=True)), rng, trial.seed)
-        drives = {name: scenario.make(k, ahead, channels, np.random.default_rng(seeds[k]))
-                  for k, name in enumerate(swarm.agents)}  # fmt: skip
+        own = stream("swarm.drive", trial.seed).spawn(number)
+        drives = {name: scenario.make(k, ahead, channels, own[k]) for k, name in enumerate(swarm.agents)}
         tracks, commands, images = played(swarm, drives, frames, EVERY if recorded and model else 0)
     row = {
         "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
@@ -485,7 +479,11 @@ def play_swarm(
     ways = tracks * (100.0, 100.0, math.degrees(1.0))
     troubles = {f"{label}, {name}": traced(error) for name, error in swarm.errors.items()}
     table = swarm_steps(trial.index, label, swarm, ways, commands) if first else SWARM_STEPS.to_frame()
-    recording = recording_of(lambda: record_swarm(trial.label(), swarm, ways, images)) if recorded else None
+    recording = (
+        recording_of(lambda: record_swarm(f"{label}, {trial.label()}", swarm, ways, images, channels))
+        if recorded
+        else None
+    )
     return TrialRecord(trial.index, (row,), table, recording, troubles)
 
 
@@ -505,7 +503,7 @@ def raster(potentials: Sequence[Sequence[float]]) -> rerun.Images:
     return np.repeat(np.clip(127.5 + 127.5 * values, 0, 255).astype(np.uint8), ROW_PX, axis=0)
 
 
-def record_swarm(name: str, swarm: Swarm, ways: Tracks, images: Seen) -> bytes:
+def record_swarm(name: str, swarm: Swarm, ways: Tracks, images: Seen, channels: Sequence[str]) -> bytes:
     """Return the recording of a trial, as the bytes of an .rrd file.
 
     Parameters
@@ -518,25 +516,23 @@ def record_swarm(name: str, swarm: Swarm, ways: Tracks, images: Seen) -> bytes:
         Their places, (T, N, 3), in cm and degrees.
     images
         What each saw, every `EVERY` frames; empty of blind robots.
+    channels
+        The channels of their model; the raster has looming, or HS.
     """
     robots, frame, hue = [*swarm.agents], np.arange(len(ways)), palette.rgb(palette.TRUE)
     met = [ways[at, [robots.index(one) for one in pair], :2].mean(axis=0)
            for at, pair in swarm.collisions if WALL not in pair]  # fmt: skip
-    time_s = (frame + 1.0) / FPS
+    time_s = np.arange(1.0, len(ways) + 1.0) / FPS
     nose = rr.Arrows3D(origins=[[0, 0, 4.5]], vectors=[[4.5, 0, 0]], colors=[hue], radii=[0.4])
-    more = [rerun.fixed(f"world/{robot}/heading", nose) for robot in robots]
     dots = rr.Points3D([(*place, 4.0) for place in met], colors=[hue], radii=[1.0])
-    more += [rerun.fixed("world/collisions", dots)] * bool(met)
-    heading = ""
+    more = [*(rerun.fixed(f"world/{robot}/heading", nose) for robot in robots), rerun.fixed("world/collisions", dots)]
+    channel = "looming" if "looming" in channels else "hs"
     if images:
-        models: list[Any] = [agent.model for agent in swarm.agents.values()]
-        channel = "looming" if "looming" in models[0].channels else "hs"
         seen = [[getattr(response, channel) for response in agent.responses] for agent in swarm.agents.values()]
         more.append(rerun.fixed("raster", rr.Image(raster(seen))))
-        heading = f"{channel} of {', '.join(robots)}: robots by time"
     content = rerun.Content(
         scene=SceneConfig(), robots=tuple((robot, swarm.options.body) for robot in robots), above=True,
-        eyes=tuple(images), raster=heading,
+        eyes=tuple(images), raster=f"{channel} of {', '.join(robots)}: robots by time" if images else "",
     )  # fmt: skip
     told = {"env": "swarm", "collisions": len(met), "seconds": len(ways) / FPS}  # with an env the whole arena is shown
     moved = rerun.Frames(

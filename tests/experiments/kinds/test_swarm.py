@@ -16,7 +16,7 @@ from experiments.draw.video import Reel
 from experiments.paper.scenarios import SCENARIOS
 from experiments.settings.models import choose
 from experiments.settings.settings import applied, look_up
-from experiments.show.episodes import ROW_PX, SwarmTrial, play_swarm, raster
+from experiments.show.episodes import ROW_PX, EpisodeTrial, play_swarm, raster
 from experiments.store.folder import RunFolder
 from experiments.store.recordings import pictures
 
@@ -61,8 +61,8 @@ def test_a_run_of_swarms_resumes(whole, tmp_path, monkeypatch):
 
 
 def played(scenario, number, seed=0, models=(), frames=20, options=OPTIONS):
-    trial = SwarmTrial(scenario.name, 0, 0, seed, (number, 8.0), models)
-    return play_swarm(trial, scenario, options, frames)
+    trial = EpisodeTrial(scenario.name, 0, 0, seed, "", models)
+    return play_swarm(trial, scenario, (number, 8.0), options, frames)
 
 
 def line(rng, number):
@@ -125,7 +125,7 @@ def test_claims_are_judged_by_repeat_and_a_swarm_is_no_trial(tmp_path):
     done = run(mine, repeats=3, workers=0, quiet=True, out=tmp_path / "mine")
     (verdict,) = done.verdicts
     assert (verdict.id, verdict.count.holds, verdict.experiment) == ("all-there", 3, "traffic")
-    with pytest.raises(UsageError, match="of many robots"):
+    with pytest.raises(UsageError, match="sweeps swarm"):
         sweep("traffic", over=["dsnn.n_con=4,6"], models=["dsnn"], quiet=True)
 
 
