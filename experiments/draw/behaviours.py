@@ -153,7 +153,7 @@ def draw_swarms(trials: pl.DataFrame, described: Mapping[str, Any]) -> Figure:
     column, heading = described["experiment"]["figure"]
     along = "robots" if trials["robots"].n_unique() > 1 else "speed_cm_s"
     with style.look():
-        figure = Figure(figsize=(5.0, 3.4), layout="constrained")
+        figure = Figure(figsize=(style.WIDTH, 3.4), layout="constrained")
         axes = figure.subplots()
         for model, hue in palette.of_others(dict.fromkeys(trials["model"])).items():
             points = style.by(trials.filter(model=model).sort(along), along).agg(column)

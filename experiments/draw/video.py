@@ -350,7 +350,7 @@ class Canvas:
 def _panel_title(kind: str) -> str:
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
     titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink", FLOW: "true flow since the frame before"}
-    return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")
+    return titles.get(kind, f"seen by {eye}" if eye else "what is seen")
 
 
 def _ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -336,7 +336,7 @@ def plan_swarms(asked: Asked) -> Plan[EpisodeTrial]:
     source = scenario.file or (scenario.name if asked.declared is None else cloudpickle.dumps(scenario))
     work = partial(play_swarm_trial, source=source, cases=densities, options={**settings, "arena": scenario.arena},
                    frames=round(design.seconds * FPS), recorded=bool(asked.option("recordings", True)))  # fmt: skip
-    columns = showing.SWARM_TRIALS | pl.Schema(dict.fromkeys(scenario.measures, float))
+    columns = showing.SWARMS | pl.Schema(dict.fromkeys(scenario.measures, float))
     return Plan(asked, scenario.name, trials, work, resolved, (columns, showing.SWARM_STEPS), scenario, models)
 
 

@@ -443,9 +443,7 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
 
 RATES = "collisions_a_min", "wall_a_min", "driven_m"
 """Measures of every scenario, a robot."""
-SWARM_TRIALS = pl.Schema(
-    {**JOB, "robots": int, "collisions": int} | dict.fromkeys(("speed_cm_s", "seconds", *RATES), float)
-)
+SWARMS = pl.Schema({**JOB, "robots": int, "collisions": int, **dict.fromkeys(("speed_cm_s", "seconds", *RATES), float)})
 """Columns of ``trials.parquet``, and those that a scenario measures: a row per trial, of all its robots."""
 SWARM_STEPS = pl.Schema({name: kind for name, kind in STEPS.items() if name != "reward"} | {"touches": str})
 """Columns of ``frames.parquet``: a row per frame and robot of the first repeat; ``touches`` is whom it has begun to."""

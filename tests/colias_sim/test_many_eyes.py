@@ -108,14 +108,6 @@ def test_a_restored_simulation_has_every_camera_as_it_was():
             other.set_state(state)
 
 
-def test_cameras_that_are_alike_share_a_framebuffer():
-    with Simulation(robots=ROBOTS, eyes=EYES) as sim:
-        of = {name: camera.offscreen for name, camera in sim.cameras.items()}
-        assert len(set(map(id, of.values()))) == 4
-    with Simulation(robots=ROBOTS, eyes=tuple(ROBOTS)) as sim:
-        assert len({id(camera.offscreen) for camera in sim.cameras.values()}) == 1
-
-
 @pytest.mark.parametrize(
     ("eyes", "words"),
     [

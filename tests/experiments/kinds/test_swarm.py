@@ -9,55 +9,17 @@ import pytest
 
 from colias_sim import Pose
 from colias_sim.envs.swarm import APART
-from experiments import Check, Claim, Scenario, SwarmDesign, load, run, sweep
+from experiments import Check, Claim, Scenario, SwarmDesign, run, sweep
 from experiments.base.errors import UsageError
 from experiments.declare.behaviour import BLIND
 from experiments.draw.video import Reel
 from experiments.paper.scenarios import SCENARIOS
-from experiments.settings.models import choose
-from experiments.settings.settings import applied, look_up
 from experiments.show.episodes import ROW_PX, EpisodeTrial, play_swarm, raster
-from experiments.store.folder import RunFolder
 from experiments.store.recordings import pictures
 
 BRIEF = {"swarm.robots": [2, 3], "swarm.seconds": 1.0}
 OPTIONS = {"arena": "bright"}
 TRAFFIC, FOLLOW = SCENARIOS
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-    return run("traffic", repeats=2, models=["lgmd2"], only=True, settings=BRIEF, workers=0, quiet=True,
-               out=tmp_path_factory.mktemp("swarm") / "whole")  # fmt: skip
-
-
-def test_tables_are_equal_by_workers_and_resumed(whole, tmp_path):
-    """On no worker and on two; and where a part is done, the rest is as it would have been."""
-    for workers in (2,):
-        there = run("traffic", repeats=2, models=["lgmd2"], only=True, settings=BRIEF, workers=workers, quiet=True,
-                    out=tmp_path / str(workers))  # fmt: skip
-        assert there.trials.equals(whole.trials) and there.frames.equals(whole.frames)
-    assert whole.trials["robots"].to_list() == [2, 3, 2, 3]
-    frames = whole.frames.group_by("trial", "robot", maintain_order=True).len()
-    assert frames["len"].to_list() == [30] * 5, "a row per robot and frame of the first repeat"
-    assert {"figure.png", "summary.csv", "claims.json"} <= {path.name for path in whole.folder.iterdir()}
-
-
-def test_a_run_of_swarms_resumes(whole, tmp_path, monkeypatch):
-    out, added, done = tmp_path / "part", RunFolder.add, []
-
-    def until_two(folder, *record):
-        if len(done) == 2:
-            raise KeyboardInterrupt
-        done.append(record)
-        added(folder, *record)
-
-    asked = {"repeats": 2, "models": ["lgmd2"], "only": True, "settings": BRIEF, "workers": 0, "quiet": True}
-    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
-        patched.setattr(RunFolder, "add", until_two)
-        run("traffic", **asked, out=out)
-    assert load(out).done == 2
-    assert run("traffic", **asked, out=out).trials.equals(whole.trials)
 
 
 def played(scenario, number, seed=0, models=(), frames=20, options=OPTIONS):
@@ -107,17 +69,6 @@ def test_collisions_are_counted_once_until_robots_have_parted():
     assert row["collisions_a_min"] == pytest.approx(2 * 2 / 2 / (60 / 30 / 60))
 
 
-def test_a_model_s_settings_reach_the_robots():
-    """A threshold that nothing reaches leaves a swarm without a spike."""
-    (usual,) = applied(look_up(["lgmd2"]), {})
-    assert usual.label == "lgmd2"
-    dark = Scenario(name="dark", summary="", start=lambda rng, n: [Pose(-0.06, 0, 0), Pose(0.06, 0, math.pi)],
-                    make=lambda number, ahead, channels, rng: lambda seen, body: (ahead, ahead))  # fmt: skip
-    loud = played(dark, 2, models=(usual,)).frames
-    assert loud["looming"].null_count() == 0 and loud["looming"].n_unique() > 10
-    assert played(dark, 2).frames["looming"].null_count() == 40
-
-
 def test_claims_are_judged_by_repeat_and_a_swarm_is_no_trial(tmp_path):
     claim = Claim(id="all-there", says="three", on="swarm",
                   judge=lambda rows, *_: [Check("robots", max(row["robots"] for row in rows), 2)])  # fmt: skip
@@ -127,16 +78,6 @@ def test_claims_are_judged_by_repeat_and_a_swarm_is_no_trial(tmp_path):
     assert (verdict.id, verdict.count.holds, verdict.experiment) == ("all-there", 3, "traffic")
     with pytest.raises(UsageError, match="sweeps swarm"):
         sweep("traffic", over=["dsnn.n_con=4,6"], models=["dsnn"], quiet=True)
-
-
-def test_what_ships_is_found_and_starts_apart():
-    for scenario in (TRAFFIC, FOLLOW):
-        for number in scenario.design.robots:
-            starts = scenario.start(np.random.default_rng(1), number)
-            apart = [math.hypot(a.x - b.x, a.y - b.y) for i, a in enumerate(starts) for b in starts[:i]]
-            assert len(starts) == number and min(apart) > 0.045
-    assert choose("lgmd2").channels == ("looming",)
-    assert TRAFFIC.chance(4, 8.0) * 11 / 3 == pytest.approx(TRAFFIC.chance(12, 8.0))
 
 
 def test_a_recording_has_every_way_and_view_and_collision(whole):
