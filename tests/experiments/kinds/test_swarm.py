@@ -22,6 +22,24 @@ OPTIONS = {"arena": "bright"}
 TRAFFIC, FOLLOW = SCENARIOS
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return run("traffic", repeats=2, models=["lgmd2"], only=True, settings=BRIEF, workers=0, quiet=True,
+               out=tmp_path_factory.mktemp("swarm") / "whole")  # fmt: skip
+
+
+def test_tables_are_equal_by_workers_and_resumed(whole, tmp_path):
+    """On no worker and on two; and where a part is done, the rest is as it would have been."""
+    for workers in (2,):
+        there = run("traffic", repeats=2, models=["lgmd2"], only=True, settings=BRIEF, workers=workers, quiet=True,
+                    out=tmp_path / str(workers))  # fmt: skip
+        assert there.trials.equals(whole.trials) and there.frames.equals(whole.frames)
+    assert whole.trials["robots"].to_list() == [2, 3, 2, 3]
+    frames = whole.frames.group_by("trial", "robot", maintain_order=True).len()
+    assert frames["len"].to_list() == [30] * 5, "a row per robot and frame of the first repeat"
+    assert {"figure.png", "summary.csv", "claims.json"} <= {path.name for path in whole.folder.iterdir()}
+
+
 def played(scenario, number, seed=0, models=(), frames=20, options=OPTIONS):
     trial = EpisodeTrial(scenario.name, 0, 0, seed, "", models)
     return play_swarm(trial, scenario, (number, 8.0), options, frames)
