@@ -18,8 +18,9 @@ numbers: $(READY) ## The documentation's measured figures anew: the whole reprod
 	$(BIN)/colias reproduce --full --out $(NUMBERS)
 	$(BIN)/python -m tools.results reproduction $(NUMBERS)
 
-fidelity: $(READY) ## The claims about the robot with other cameras and drives, hours; a later make numbers takes them over
+fidelity: $(READY) ## The claims about the robot with other cameras, drives and steps a second, hours; a later make numbers takes them over
 	$(BIN)/colias sweep fidelity --out $(NUMBERS)/fidelity
+	$(BIN)/colias sweep why --seed 1000 --out $(NUMBERS)/why
 
 HERO := runs/hero
 hero: $(READY) ## The first picture of README and site, docs/hero.webp, from a run that docs/sources.json notes; it opens in mid-crossing

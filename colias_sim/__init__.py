@@ -13,7 +13,7 @@ from colias_sim.gl import choose_backend
 choose_backend()  # before anything below imports mujoco
 
 # ruff: noqa: E402
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import CameraConfig, EventConfig, RobotConfig, SceneConfig
 from colias_sim.envs import register_envs, swarm_env
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import OpenLoop, PathFollower, Route, Schedule, Stretch, Tracker
@@ -31,6 +31,8 @@ register_envs()
 __all__ = [
     "Camera",
     "CameraConfig",
+    "EventCamera",
+    "EventConfig",
     "Frame",
     "GLUnavailable",
     "OpenLoop",
@@ -57,13 +59,13 @@ __all__ = [
 # one of this package's.
 if TYPE_CHECKING:
     from colias_sim.camera import Camera, Frame
+    from colias_sim.event_camera import EventCamera
     from colias_sim.simulation import Simulation
     from colias_sim.truth import Truth
 else:
-    __getattr__, _, _ = lazy_loader.attach(
-        __name__,
-        submod_attrs={"camera": ["Camera", "Frame"], "simulation": ["Simulation"], "truth": ["Truth"]},
-    )
+    _LATER = {"camera": "Camera Frame", "event_camera": "EventCamera", "simulation": "Simulation", "truth": "Truth"}
+    _NAMES = {module: names.split() for module, names in _LATER.items()}
+    __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs=_NAMES)
 
     def __dir__() -> list[str]:
         """List every public name, imported already or not."""

@@ -11,15 +11,15 @@ EMVA 1288, Release 4.0: photon transfer.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 __all__ = [
-    "CalibrationError", "control_zone", "edge_columns", "edge_rows", "exposure_loop", "lean", "noise_levels",
-    "photon_transfer", "row_time_us", "unsteadiness",
+    "CalibrationError", "control_zone", "edge_columns", "edge_rows", "exposure", "exposure_loop", "lean", "leaning",
+    "noise", "noise_levels", "photon_transfer", "row_time", "row_time_us", "unsteadiness",
 ]  # fmt: skip
 
 Floats = npt.NDArray[np.float64]
@@ -27,6 +27,10 @@ Images = npt.NDArray[np.uint8]
 Whole = npt.NDArray[np.int64]
 Interval = tuple[float, float]
 """Least and largest mean grey of an end of the control zone."""
+Measured = tuple[dict[str, object], list[str]]
+"""Parameters of the camera, as ``--set camera.NAME=VALUE`` takes them, and what is doubtful."""
+LEAST_SHARE = 0.03
+"""Share of the variance over time from which a scene was not still."""
 NoiseLevels = tuple[Floats, Floats, Whole]
 """Mean grey, its variance over time and the number of pixels of each bin of pixels, (N,) each."""
 
@@ -483,3 +487,89 @@ def _is_certain(settled: Sequence[_Changes], jumps: Sequence[float], steps: int)
     telling.remove(counted(largest))  # it fits any step
     shares = [2.0 * (OFF_WHOLE + OFF_SHARE * count) for _, count in telling]
     return steps * math.prod(shares) <= MOST_CHANCE
+
+
+def noise(films: Sequence[Images], gain: float) -> Measured:
+    """Measure a camera's noise.
+
+    Parameters
+    ----------
+    films
+        Frames (T, R, C) of still scenes of many greys under constant light.
+    gain
+        The camera's gain, as ``camera.gain`` has it: noise before it is what the settings hold.
+
+    Returns
+    -------
+    dict
+        Parameter of the camera -> value.
+    list of str
+        What is doubtful about it.
+    """
+    shot_noise, read_noise = photon_transfer([noise_levels(frames) for frames in films], gain)
+    share = max(map(unsteadiness, films))
+    doubt = f"greys drift or flicker, {share:.0%} of their variance: light is corrected, but not what moves"
+    values = {"shot_noise": f"{shot_noise:.3f}", "read_noise": f"{read_noise:.3f}"}
+    return {"gain": f"{gain:g}", **values}, [doubt] if share >= LEAST_SHARE else []
+
+
+def row_time(films: Sequence[Images], fps: float) -> Measured:
+    """Measure the time from row to row, as `noise` measures noise.
+
+    Parameters
+    ----------
+    films
+        Frames (T, R, C): first the empty scene, then a dark upright object that crosses the view.
+    fps
+        Frames per second.
+
+    Raises
+    ------
+    CalibrationError
+        No two frames one after the other show the object whole.
+    """
+    pairs = [pair for frames in films for pair in leaning(frames, fps)]
+    if not pairs:
+        raise CalibrationError("no two frames one after the other show the object whole")
+    leans, speeds = zip(*pairs, strict=True)
+    measured = row_time_us(leans, speeds)
+    doubt = f"measured {measured:.0f} us a row: rows that are read from the top down cannot lean so; 0 is taken"
+    return {"row_time_us": f"{max(measured, 0.0):.0f}"}, [doubt] if measured < 0.0 else []
+
+
+def leaning(frames: Images, fps: float) -> Iterator[tuple[float, float]]:
+    """Yield the lean of a moving object's left edge, px a row, and its speed, px/s, of each frame that shows both.
+
+    Parameters
+    ----------
+    frames
+        (T, R, C): the first is the scene without the object.
+    fps
+        Frames per second.
+    """
+    empty, placed = frames[0].astype(np.float64), {}
+    for number, frame in enumerate(frames[1:], start=1):
+        try:
+            rows = edge_rows(frame, empty)
+            placed[number] = rows, edge_columns(frame, empty, rows)
+        except CalibrationError:
+            continue
+    for one, other in pairwise(sorted(placed)):
+        (rows, columns), (own_rows, own_columns) = placed[one], placed[other]
+        both = np.intersect1d(rows, own_rows)
+        if other == one + 1 and len(both) >= len(own_rows) // 2:
+            moved = own_columns[np.isin(own_rows, both)] - columns[np.isin(rows, both)]
+            yield lean(own_columns, own_rows), float(moved.mean()) * fps
+
+
+def exposure(films: Sequence[Images]) -> Measured:
+    """Measure the exposure loop, as `noise` measures noise, from films after the light has changed, until they rest."""
+    step, steps, certain = exposure_loop(films)
+    if not certain:
+        return {}, [f"the exposure's step is uncertain (folders: {len(films)}); take more, from brighter and darker"]
+    settings: dict[str, object] = {"auto_exposure": "true", "ae_step": f"{step:.4f}", "ae_steps": steps}
+    low, high = control_zone(films, step)
+    if low is not None and high is not None:
+        target, zone = (sum(low) + sum(high)) / 4, (sum(high) - sum(low)) / 4
+        settings |= {"ae_target": f"{target:.1f}", "ae_zone": f"{zone:.1f}"}
+    return settings, []

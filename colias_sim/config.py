@@ -413,6 +413,54 @@ class SceneConfig:
         return (self.shell_shape, self.shell_width_cm, self.shell_height_cm, self.shell_picture) == usual
 
 
+NOISY = {"sigma_thres": 0.05, "cutoff_hz": 30.0, "shot_noise_rate_hz": 5.0, "refractory_period_s": 0.01}
+"""The event camera of v2e's preset of that name."""
+
+
+@parameters
+class EventConfig(_Presets):
+    """Settings of an event camera, with the names, units and defaults of v2e's emulator.
+
+    A pixel compares its log light with the log light that it remembers, which moves by a threshold at each event. Light
+    is in grey levels, 0 to 255. Below 20 the logarithm is replaced by a line, as in v2e: a grey there is 0.15.
+
+    References
+    ----------
+    Hu, Liu and Delbruck 2021, "v2e: from video frames to realistic DVS events", CVPR workshops.
+
+    Examples
+    --------
+    >>> from colias_sim import EventConfig
+    >>> EventConfig.preset("noisy").cutoff_hz
+    30.0
+    """
+
+    _named: ClassVar = {
+        "default": ("thresholds with a spread, and leak", {}),
+        "ideal": ("equal thresholds and no noise", {"sigma_thres": 0.0, "leak_rate_hz": 0.0}),
+        "noisy": ("v2e's noisy, for dim light", NOISY),
+    }
+
+    pos_thres: Annotated[float, unit("ln light")] = Field(default=0.2, ge=0.01, le=5.0)
+    """Threshold of ON events."""
+    neg_thres: Annotated[float, unit("ln light")] = Field(default=0.2, ge=0.01, le=5.0)
+    """Threshold of OFF events."""
+    sigma_thres: Annotated[float, unit("ln light")] = Field(default=0.03, ge=0.0, le=1.0)
+    """Standard deviation of both thresholds between pixels."""
+    cutoff_hz: Annotated[float, unit("Hz")] = Field(default=0.0, ge=0.0, le=10_000.0)
+    """Cutoff frequency of a pixel's low-pass at white, lower in proportion to grey + 20; 0: no low-pass."""
+    leak_rate_hz: Annotated[float, unit("Hz")] = Field(default=0.1, ge=0.0, le=100.0)
+    """ON events of a pixel in a second of constant light, by its leak."""
+    shot_noise_rate_hz: Annotated[float, unit("Hz")] = Field(default=0.0, ge=0.0, le=1000.0)
+    """Noise events of a pixel in a second of darkness, half of them ON; at white a quarter."""
+    refractory_period_s: Annotated[float, unit("s")] = Field(default=0.0, ge=0.0, le=1.0)
+    """Time after an event in which the pixel has no other."""
+    samples_per_step: int = Field(default=1, ge=1, le=16)
+    """Samples of the light in a physics step of 1.85 ms; above 1 with interpolated poses."""
+    supersample_columns: int = Field(default=32, ge=1, le=64)
+    """Rendered pixels along a row in a pixel of the event camera."""
+
+
 @parameters
 class ProcessorConfig:
     """Settings of the processor that runs a robot's vision model.

@@ -16,7 +16,8 @@ import numpy as np
 from pydantic import validate_call
 
 from colias_sim.camera import Camera, Frame, cameras
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import CameraConfig, EventConfig, RobotConfig, SceneConfig
+from colias_sim.event_camera import EventCamera
 from colias_sim.exposure import Render
 from colias_sim.obstacles import obstacles
 from colias_sim.pose import Pose
@@ -50,7 +51,7 @@ class Simulation:
 
     The attribute ``robots`` holds the driving robots by name, ``parked`` the fixed ones, and ``everyone`` both.
     ``cameras`` holds the camera of each robot that sees, by the robot's name. ``obstacles`` lists the obstacles of the
-    arena. ``command_interval`` is the time between two commands, in seconds.
+    arena. ``command_interval`` is the time between two commands, in seconds. ``event_camera`` is that of ``events``.
 
     Parameters
     ----------
@@ -70,6 +71,9 @@ class Simulation:
     eyes
         Names of the robots that see, if these are several, or name -> settings of their cameras. All have one frame
         rate. `step` returns the frame of ``eye_of``, or of the first if that is none of them.
+    events
+        The settings of an event camera in the place of that of ``eye_of``, or a dictionary of them; ``None``: there is
+        none. It changes no frame. With it at most one robot sees.
 
     Raises
     ------
@@ -104,6 +108,7 @@ class Simulation:
         seeing: bool = True,
         truth: bool = False,
         eyes: Mapping[str, CameraConfig] | Sequence[str] | None = None,
+        events: EventConfig | None = None,
     ) -> None:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
         named = (eye_of,) if eyes is None else eyes
@@ -125,9 +130,13 @@ class Simulation:
         if blind := next((name for name in seen_by if name not in self.robots), None):
             what = "eye_of" if eyes is None else "eyes"
             raise ValueError(f"{what} must be one of {', '.join(self.robots)}, got {blind}")
+        if events is not None and len(seen_by) > 1:
+            raise ValueError(f"eyes must be one robot where there is an event camera, got {', '.join(seen_by)}")
         self.cameras = cameras(self.model, seen_by, truth=truth)
-        settings = f"{self.scene} {robot} {seen_by or camera} {variants} {self.eye_of} {fence} {truth}"
-        self._kind = "Simulation", f"{settings} {self.model.signature}"
+        one = None if events is None else EventCamera(self.model, f"{self.eye_of}/eye", camera, events)
+        self.event_camera = one
+        settings = (self.scene, robot, seen_by or camera, variants, self.eye_of, fence, truth, self.model.signature)
+        self._kind = "Simulation", repr(settings)
 
     def _bind(self, model: mujoco.MjModel) -> None:
         """Find everything in a model, with new data."""
@@ -202,6 +211,8 @@ class Simulation:
         """Free the cameras' OpenGL contexts."""
         for camera in self.cameras.values():
             camera.close()
+        if self.event_camera is not None:
+            self.event_camera.close()
 
     def get_state(self) -> bytes:
         """Save everything that goes on, between two frames.
@@ -211,7 +222,14 @@ class Simulation:
         bytes
             The state, for `set_state` of a simulation with the same settings, in any process. It has physics, light,
             the wall, motors with their queues, and cameras with their exposure. Generators and controllers are yours.
+
+        Raises
+        ------
+        ValueError
+            There is an event camera.
         """
+        if self.event_camera is not None:
+            raise ValueError("a simulation with an event camera cannot be saved: make it without events")
         physics = np.empty(mujoco.mj_stateSize(self.model, INTEGRATION.value))
         mujoco.mj_getState(self.model, self.data, physics, INTEGRATION.value)
         scene = {name: getattr(self.model, name) for name in SCENE}
@@ -263,7 +281,10 @@ class Simulation:
         mujoco.mj_kinematics(self.model, self.data)
         put(self, tree, PARTS)
 
-    def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0) -> None:
+    def reset(
+        self, placements: Mapping[str, Pose], rng: np.random.Generator, *, light: float = 1.0,
+        events: np.random.Generator | None = None,
+    ) -> None:  # fmt: skip
         """Start a trial: place every robot at rest, and draw the light and the wall's phase.
 
         Parameters
@@ -274,6 +295,8 @@ class Simulation:
             Generator of light and phase, and of the robots' draws in `Robot.restart`.
         light
             A factor on the light of the lamps, in addition to the scene's.
+        events
+            Generator of the event camera's thresholds and noise; ``None``: one that ``rng`` spawns.
 
         Raises
         ------
@@ -295,6 +318,8 @@ class Simulation:
         self._settle()
         for camera in self.cameras.values():
             camera.restart(self.data)
+        if self.event_camera is not None:
+            self.event_camera.restart(self.data, events or rng.spawn(1)[0])
 
     def turn_wall(self, angle: float) -> None:
         """Turn the wall with its texture about the arena's middle.
@@ -426,7 +451,10 @@ class Simulation:
             if command:
                 for robot in self._queuing:
                     robot.tick()
-            mujoco.mj_step(self.model, self.data, steps)
+            for part in [steps] if self.event_camera is None else [1] * steps:
+                mujoco.mj_step(self.model, self.data, part)
+                if self.event_camera is not None:
+                    self.event_camera.see(self.data)
             if renders:
                 mujoco.mj_kinematics(self.model, self.data)  # a step leaves these one step behind
                 mujoco.mj_camlight(self.model, self.data)

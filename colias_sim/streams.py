@@ -4,8 +4,8 @@
 randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not change
 the world. ``film`` is the generator of a camera's noise, so an episode does not depend on the observation; each robot
 that sees has its own. ``factor`` is a generator for each factor that is randomised within a range, so no factor changes
-another's draws. ``clearing`` draws new starts for robots that a reset's options displace. Trials pass their own
-generators to `Simulation.reset` and `Simulation.step`.
+another's draws. ``clearing`` draws new starts for robots that a reset's options displace. ``sensor`` is the generator
+of an event camera. Trials pass their own generators to `Simulation.reset` and `Simulation.step`.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ _CLEARING = 5
 """The spawn key of `clearing`."""
 _FILMS = 6
 """First word of the spawn keys of the films of all robots but the first."""
+_SENSOR = 80
+"""The spawn key of `sensor`."""
 
 
 def world(seed: int) -> np.random.Generator:
@@ -47,3 +49,8 @@ def factor(episode: int, name: str) -> np.random.Generator:
 def clearing(episode: int) -> np.random.Generator:
     """Make the generator of new starts for an episode, from the seed that `episode` drew."""
     return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_CLEARING,)))
+
+
+def sensor(episode: int) -> np.random.Generator:
+    """Make the generator of an event camera for an episode, from the seed that `episode` drew."""
+    return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_SENSOR,)))

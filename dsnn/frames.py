@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 Channels = Literal["grey", "bgr", "rgb"]
 Params = TypeVar("Params")
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 _TO_GREY = {"bgr": cv2.COLOR_BGR2GRAY, "rgb": cv2.COLOR_RGB2GRAY}
 
@@ -18,7 +19,7 @@ class FrameError(ValueError):
     """The model cannot process this frame or shape. The message names the value and its bound."""
 
 
-def frozen(luma: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def frozen(luma: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
     """Return a read-only copy of a frame (R, C), or a view of one that is already read-only.
 
     Several models, a recording and an agent receive the same frame. The copy lies in an immutable object, so that no

@@ -104,6 +104,15 @@ class ModelEntry:
                 raise ValueError(f"thresholds must name channels that spike and parameters, got {channel}: {name}")
         return self
 
+    @property
+    def senses(self) -> str:
+        """What ``step`` receives, as ``build`` declares by an attribute of that name: ``frames`` or ``events``.
+
+        Events are those of an event camera since the last step: a structured array (N,) in order of time, of ``t`` (s),
+        ``x``, ``y`` (px) and ``polarity`` (1 ON, -1 OFF).
+        """
+        return getattr(self.build, "senses", "frames")
+
     def threshold(self, channel: str, params: Any) -> float | None:
         """Find the spike threshold of a channel.
 

@@ -22,9 +22,10 @@ class CheckedModel:
 
     def __init__(self, name: str, model: Any, channels: Sequence[str], thresholds: Mapping[str, float | None]) -> None:
         self.name, self.inner, self.channels, self.thresholds = name, model, tuple(channels), thresholds
+        self.senses = getattr(model, "senses", "frames")
 
-    def step(self, frame: npt.NDArray[np.uint8]) -> Response:
-        """Answer the next frame (R, C)."""
+    def step(self, frame: npt.NDArray[np.uint8] | npt.NDArray[np.void]) -> Response:
+        """Answer the next frame (R, C), or the events since the last."""
         try:
             return checked_response(self.inner.step(frozen(frame)), self.channels)
         except ResponseError as error:

@@ -11,7 +11,6 @@ import pytest
 from polars.testing import assert_frame_equal
 
 import colias_sim  # noqa: F401
-from experiments.paper import boards as leaderboard
 from tests.helpers.inside import inside
 
 TABLES = Path(__file__).parent / "golden" / "tables"
@@ -89,8 +88,7 @@ def test_a_run_gives_the_golden_rows(name, tmp_path):
         assert_same(golden, pl.read_parquet(folder / "frames.parquet").join(golden, on=key, how="semi"), key)
 
 
-def test_the_leaderboard_gives_the_golden_scores(tmp_path, monkeypatch):
-    monkeypatch.setattr(leaderboard, "time_models", lambda models, shape: {})  # times are of today
+def test_the_leaderboard_gives_the_golden_scores(tmp_path):
     folder = run(tmp_path, "leaderboard", "--only", *models("emd", "lgmd1"), "--repeats", "1")
     for board in ("leaderboard.csv", "looming.csv"):
         assert_same(pl.read_csv(TABLES / board), pl.read_csv(folder / board), ["model"])

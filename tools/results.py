@@ -37,6 +37,7 @@ from experiments.kinds import registry
 from experiments.kinds.result import planned
 from experiments.paper.page import Scale
 from experiments.paper.reproduce import design
+from experiments.paper.studies import why
 from experiments.paper.studies.robot import EYES, FIDELITY, WHEELS
 from experiments.store import provenance
 from experiments.store.asked import Asked
@@ -53,6 +54,7 @@ SUMMARY: Mapping[str, str] = {
     "C29": "The peak stays when one time window counts the spikes of all speeds",
     "C16": "Spikes fall with distance",
     "C13": "Straight approach and recession give no spikes",
+    "C32": "Nine in ten straight approaches and recessions give no spikes",
     "C17": "An approach straight ahead gives the fewest spikes",
     "C19": "A recession straight ahead gives the fewest spikes",
     "C21": "Two looming detectors spike most in a straight approach",
@@ -62,7 +64,9 @@ CELLS = tuple(product(EYES, WHEELS))
 """Every eye and drive of the study `fidelity`; the first are those of a reproduction."""
 FIRST = "parts/000000-trials.parquet"
 """The first trial of a run that is under way."""
-ROBOTS_EYE = CELLS.index(("ov7670", CELLS[0][1]))
+HEADS = ("robot's camera, 30 steps/s", "on equal terms", "gamma on, 15 steps/s", "gamma on, metered, 15 steps/s")
+SUMMED = dict(zip(why.CORNERS, HEADS, strict=True))
+"""Corner of the study `why` that the summary shows -> its head."""
 
 
 def read(path: Path) -> Any:
@@ -187,7 +191,8 @@ def taken(run: Path, before: Mapping[str, Any]) -> dict[str, Any]:
         "design": {name: designed[name] for name in ("seed", "scale", "digest")},
         "measured_with": {"commit": " and ".join(sorted(commits)), **designed["versions"]},
         "claims": [_kept(verdict) for verdict in verdicts],
-        "eyes": next(map(_eyes, run.glob(f"**/{FIDELITY.name}.json")), before.get("eyes")),
+        "eyes": next((study_of(path) for path in run.glob(f"**/{FIDELITY.name}.json")), before.get("eyes")),
+        "map": next((study_of(path) for path in run.glob(f"**/{why.STUDY.name}.json")), before.get("map")),
         "scores": pl.concat(scores, how="diagonal").to_dicts(),
     }  # fmt: skip
 
@@ -197,11 +202,13 @@ def _commit(folder: Path) -> str:
     return provenance.commit(read_description(folder)["source"]) or "unknown"
 
 
-def _eyes(study: Path) -> dict[str, Any]:
-    """Return the commit of a finished study of eyes and drives, and its counts."""
+def study_of(study: Path) -> dict[str, Any]:
+    """Return the commit of a finished study, and its counts at the points that have all of its replicates."""
+    described = read(study)
     rows = [
-        {"eye": row["eye"], "drive": row["wheels"], "claim": row["claim"], "count": dataclasses.asdict(count_of(row))}
-        for row in read(study)["counts"]
+        {name: row[name] for name in (*described["axes"], "claim")} | {"count": dataclasses.asdict(count_of(row))}
+        for row in described["counts"]
+        if count_of(row).replicates == described["replicates"]
     ]
     return {"commit": _commit(tables_of(study.parent)[0].parent), "counts": rows}
 
@@ -235,7 +242,7 @@ def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def counts(results: Mapping[str, Any]) -> dict[str, list[Count | None]]:
     """Return claim of the paper -> its count under each eye and drive of `CELLS`; ``None`` where it was not run."""
-    eyes = {(row["claim"], row["eye"], row["drive"]): Count(**row["count"]) for row in results["eyes"]["counts"]}
+    eyes = {(row["claim"], row["eye"], row["wheels"]): Count(**row["count"]) for row in results["eyes"]["counts"]}
     return {
         claim["id"]: [Count(**claim["count"]), *(eyes.get((claim["id"], *cell)) for cell in CELLS[1:])]
         for claim in results["claims"]
@@ -252,17 +259,20 @@ def verdict(count: Count | None) -> str:
 
 
 def summary(results: Mapping[str, Any]) -> str:
-    """Tell what claims of the robot came to, with the default camera and with a model of the robot's."""
-    every = counts(results)
-    rows = [[f"{says} ({claim})", *(verdict(every[claim][eye]) for eye in (0, ROBOTS_EYE))]
+    """Tell what claims of the robot came to, with the default camera and in the corners of the study `why`."""
+    default = {claim: under[0] for claim, under in counts(results).items()}
+    corners = {(row["claim"], row["gamma"], f"{row['steps a second']:g}"): Count(**row["count"])
+               for row in results["map"]["counts"]}  # fmt: skip
+    rows = [[f"{says} ({claim})", verdict(default.get(claim)),
+             *(verdict(corners.get((claim, *corner))) for corner in SUMMED)]
             for claim, says in SUMMARY.items()]  # fmt: skip
-    heads = ("claim", "default camera (fixed, bright exposure)", "model of the robot's camera")
+    heads = ("claim", "default camera (fixed, bright exposure)", *SUMMED.values())
     return _commits(results) + markdown(heads, rows)
 
 
 def _commits(results: Mapping[str, Any]) -> str:
-    commit, eyes = results["measured_with"]["commit"], results["eyes"]["commit"]
-    return f"Measured by commit {commit}; cameras and drives by {eyes}.\n\n"
+    commits = results["measured_with"]["commit"], results["eyes"]["commit"], results["map"]["commit"]
+    return "Measured by commit {}; cameras and drives by {}, gamma and steps by {}.\n\n".format(*commits)
 
 
 def cameras(results: Mapping[str, Any]) -> str:

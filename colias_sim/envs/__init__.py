@@ -42,6 +42,8 @@ By the argument `observation`:
 | 6 | azimuth: horizontal position of the motion (0 in a model without it) | -1 | 1 | half views, rightward positive |
 
 - `"both"`: a `Dict` of `pixels` and `neural`.
+- `"events"`: `Box(0, 255, (2, 72, 99), uint8)`, the ON events of each pixel since the last step, then the OFF
+  events, of an event camera in the camera's place (argument `events`). `env.unwrapped.events` has each event.
 - `"state"`: `Box(-1, 1, (7 + 5 robots,), float32)`, the state of the world for privileged baselines, which a real robot
   cannot know. Nothing is rendered. `colias_sim.envs.State.read` decodes it into SI units, and the directions into
   bearings, right positive:

@@ -28,13 +28,14 @@ from colias_sim.envs.senses import (
     action_space,
     build_model,
     observation_space,
+    senses_events,
     wheels_of,
 )
 from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
 from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, bearing
 from colias_sim.snapshot import PARTS, SETTINGS
-from colias_sim.streams import clearing, episode, film, world
+from colias_sim.streams import clearing, episode, film, sensor, world
 from colias_sim.truth import Truth
 from dsnn.snapshot import Parts, Tree, attributes, pack, put, take, unpack
 
@@ -119,6 +120,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         sim = Simulation(
             robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
             fence=True, seeing=options.observation != "state", truth=options.truth,
+            events=options.events if senses_events(self._model) or options.observation == "events" else None,
         )  # fmt: skip
         super().__init__(sim, OBSERVER)
         self._renderer: Renderer | None = None
@@ -252,7 +254,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             placements = moved(placements, self._observer.name, 0.01 * ahead_cm, 0.01 * left_cm, obstacles)
         if poses:
             placements = placed(placements, poses, clearing(rng), obstacles)
-        self._sim.reset(placements, self.np_random, light=light)
+        self._sim.reset(placements, self.np_random, light=light, events=sensor(rng))
         self._here = self._observer.pose
         self._film = film(rng)
         if self._model is not None:
@@ -305,7 +307,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._wheels = self._steer(wheels_of(self.action_space, action))
         (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
         self._command = left * self._fastest * left_gain, right * self._fastest * right_gain
-        self._responses = []
+        self._responses, self._events = [], []
         self._driven = 0.0
         terms: dict[str, float] = {}
         skip, processor = self.options.frames_per_step, self.options.processor
@@ -491,6 +493,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Update all copies of a changed texture."""
         for camera in self._sim.cameras.values():
             camera.retexture(texture)
+        if self._sim.event_camera:
+            self._sim.event_camera.retexture(texture)
         if self._renderer:
             self._renderer.retexture(texture)
 
@@ -508,7 +512,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Reset the episode's state to its state before the first episode."""
         self._rest()
         self._wheels, self._wheel_gains = np.zeros(2, np.float32), USUAL["wheel_gain"]
-        self._responses = []
+        self._responses, self._events = [], []
 
     def _frame(self, look: bool, taken: bool) -> None:
         """Advance the world by one frame; with ``look``, develop the camera's frame; the model may take it."""

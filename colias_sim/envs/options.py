@@ -17,7 +17,7 @@ from pydantic import (
 )
 from pydantic.dataclasses import dataclass
 
-from colias_sim.config import Arena as Arena, CameraConfig, ProcessorConfig, RobotConfig
+from colias_sim.config import Arena as Arena, CameraConfig, EventConfig, ProcessorConfig, RobotConfig
 from colias_sim.envs.randomise import PRESET, Range, camera_ends, checked_randomise
 from dsnn.field_docs import unit, with_field_docs
 from scenes.hints import nearest
@@ -70,7 +70,7 @@ def _problem(problem: Mapping[str, Any], known: list[str]) -> str:
     return f"{name} must be {text.removeprefix('Input should be ')}, got {problem['input']!r}"
 
 
-def _configured(kind: type[CameraConfig] | type[RobotConfig], value: Any) -> Any:
+def _configured(kind: type[CameraConfig] | type[RobotConfig] | type[EventConfig], value: Any) -> Any:
     """Convert a preset's name, or settings by name, to a configuration."""
     if isinstance(value, str):
         return kind.preset(value)
@@ -85,6 +85,8 @@ CameraSettings = Annotated[CameraConfig, BeforeValidator(partial(_configured, Ca
 """A camera: a preset's name, settings by name (with ``preset``, changes to it), or a configuration."""
 RobotSettings = Annotated[RobotConfig, BeforeValidator(partial(_configured, RobotConfig))]
 """A robot, likewise."""
+EventSettings = Annotated[EventConfig, BeforeValidator(partial(_configured, EventConfig))]
+"""An event camera, likewise."""
 Randomise = Annotated[float | Mapping[str, Range], PlainValidator(checked_randomise)]
 """A strength, a preset's name, or factors with their ranges (with ``preset``, additions to it)."""
 
@@ -94,7 +96,7 @@ Randomise = Annotated[float | Mapping[str, Range], PlainValidator(checked_random
 class EnvOptions:
     """Keyword arguments of every env."""
 
-    observation: Literal["pixels", "neural", "both", "state"] = "pixels"
+    observation: Literal["pixels", "neural", "both", "state", "events"] = "pixels"
     """What the agent observes."""
     actions: Literal["wheels", "manoeuvres"] = "wheels"
     """Two wheel speeds, or one of seven manoeuvres."""
@@ -110,6 +112,9 @@ class EnvOptions:
     """The observer's camera: a preset, settings by name (with preset, changes to it), or a CameraConfig."""
     robot: RobotSettings = Field(default=cast(Any, "default"), validate_default=True)
     """Body and wheels of all robots: a preset, settings by name, or a RobotConfig."""
+    events: EventSettings = EventConfig()
+    """The observer's event camera: a preset, settings by name, or an EventConfig. It works for the observation events,
+    and for a model that senses events."""
     noise: float = Field(default=1.0, ge=0.0, le=10.0)
     """Camera noise, times the camera's own."""
     randomise: Randomise = 0.0
@@ -134,7 +139,7 @@ class EnvOptions:
             raise ValueError(f"camera: fps must be {FPS:g} in an env, got {self.camera.fps:g}")
         if self.truth and self.observation == "state":
             raise ValueError(
-                "truth is that of a camera's frame, so observation must be pixels, neural or both, got state"
+                "truth is that of a camera's frame, so observation must be pixels, neural, both or events, got state"
             )
         camera_ends(self.noisy_camera(), self.robot, self.randomise)
         if self.frames_per_step % self.processor.every:

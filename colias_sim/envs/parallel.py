@@ -129,7 +129,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
         live, skip, options = list(self.agents), self.options.frames_per_step, self.options
         for name, wheels in {name: wheels_of(self.action_spaces[name], actions[name]) for name in live}.items():
             self._agents[name].command(wheels)
-            self._agents[name].responses.clear()
+            self._agents[name]._responses, self._agents[name]._events = [], []
             self._agents[name]._driven = 0.0
         ahead, touched = dict.fromkeys(live, 0.0), set[str]()
         for index in range(skip):

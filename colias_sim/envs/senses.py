@@ -75,8 +75,8 @@ PastResponse = namedtuple("PastResponse", "hs vs hs_spikes vs_spikes looming loo
 class Model(Protocol):
     """The interface of a vision model in an env. The models of ``dsnn`` satisfy it."""
 
-    def step(self, frame: npt.NDArray[np.uint8]) -> Response:
-        """Respond to the next frame, (R, C) uint8."""
+    def step(self, frame: npt.NDArray[np.uint8] | npt.NDArray[np.void]) -> Response:
+        """Respond to the next frame, (R, C) uint8, or to the events since the last step."""
         ...
 
     def reset(self) -> None:
@@ -117,6 +117,11 @@ def build_model(model: Any, shape: tuple[int, int]) -> Model:
     return built
 
 
+def senses_events(model: Model | None) -> bool:
+    """Say whether a model receives the events of an event camera in place of a frame."""
+    return getattr(model, "senses", "") == "events"
+
+
 def neural_observation(responses: Sequence[Response]) -> npt.NDArray[np.float32]:
     """Encode the model's responses to the frames of one step as the observation ``neural``.
 
@@ -144,7 +149,7 @@ def observation_space(observation: str, shape: tuple[int, int], robots: int) -> 
     Parameters
     ----------
     observation
-        The env's argument of that name: ``pixels``, ``neural``, ``both`` or ``state``.
+        The env's argument of that name: ``pixels``, ``neural``, ``both``, ``state`` or ``events``.
     shape
         Rows and columns of the camera.
     robots
@@ -153,7 +158,8 @@ def observation_space(observation: str, shape: tuple[int, int], robots: int) -> 
     Returns
     -------
     gymnasium.spaces.Space
-        ``Box`` (R, C, 1) uint8, ``Box`` (7,) float32, ``Dict`` of these two, or ``Box`` (7 + 5 robots,) float32.
+        ``Box`` (R, C, 1) uint8, ``Box`` (7,) float32, ``Dict`` of these two, ``Box`` (7 + 5 robots,) float32,
+        or ``Box`` (2, R, C) uint8.
     """
     pixels = spaces.Box(0, 255, (*shape, 1), np.uint8)
     nerves = spaces.Box(_LOWEST, _HIGHEST, dtype=np.float32)
@@ -161,6 +167,8 @@ def observation_space(observation: str, shape: tuple[int, int], robots: int) -> 
         return spaces.Dict({"pixels": pixels, "neural": nerves})
     if observation == "state":
         return spaces.Box(-1.0, 1.0, (OWN_ENTRIES + OTHER_ENTRIES * robots,), np.float32)
+    if observation == "events":
+        return spaces.Box(0, 255, (2, *shape), np.uint8)
     return pixels if observation == "pixels" else nerves
 
 

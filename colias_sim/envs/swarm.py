@@ -15,10 +15,10 @@ from pydantic.dataclasses import dataclass
 from colias_sim.config import CameraConfig, SceneConfig
 from colias_sim.envs.geometry import gap_to_arena
 from colias_sim.envs.options import FPS, STRICT, CameraSettings, EnvOptions
-from colias_sim.envs.senses import Model, Response, build_model
+from colias_sim.envs.senses import Model, Response, build_model, senses_events
 from colias_sim.envs.world import World
 from colias_sim.pose import Pose, WheelSpeeds
-from colias_sim.streams import film
+from colias_sim.streams import film, sensor
 from dsnn.field_docs import unit, with_field_docs
 
 if TYPE_CHECKING:
@@ -115,8 +115,9 @@ class Agent(World):
     """
 
     def __init__(self, sim: Simulation, name: str, options: SwarmOptions, model: Model | None) -> None:
-        self.name, self.options, self._model, self._responses = name, options, model, []
+        self.name, self.options, self._model = name, options, model
         self._luma, self.present, self.wheels = np.zeros((0, 0), np.uint8), True, (0.0, 0.0)
+        self._responses, self._events = [], []
         super().__init__(sim, name)
 
     @property
@@ -128,7 +129,7 @@ class Agent(World):
         """Begin an episode, after the simulation's reset."""
         self._rest()
         self._film, self.present, self.wheels = noise, True, (0.0, 0.0)
-        self._responses.clear()
+        self._responses, self._events = [], []
         if self._model is not None:
             self._model.reset()
 
@@ -182,10 +183,11 @@ class Swarm:
             name: build_model(options.model, (camera.height, camera.width)) if senses else None
             for name, camera in cameras.items()
         }
+        events = options.observation == "events" or any(map(senses_events, models.values()))
         self.sim = Simulation(
             options.robot, cameras[options.names[0]], SceneConfig(arena=options.arena),
             dict.fromkeys(options.names, options.body), fence=True, seeing=options.observation != "state",
-            truth=options.truth, eyes=cameras,
+            truth=options.truth, eyes=cameras, events=options.events if events else None,
         )  # fmt: skip
         self.agents = {name: Agent(self.sim, name, options, model) for name, model in models.items()}
         self.touching: set[frozenset[str]] = set()
@@ -210,7 +212,7 @@ class Swarm:
         episode
             The seed of the cameras' noise: the stream of robot k depends on nothing else.
         """
-        self.sim.reset(placements, rng)
+        self.sim.reset(placements, rng, events=sensor(episode))
         self.frame, self.collisions, self.errors, self._touched_at = 0, [], {}, {}
         for number, agent in enumerate(self.agents.values()):
             agent.restart(film(episode, number))

@@ -13,8 +13,9 @@ import numpy.typing as npt
 from colias_sim.envs.geometry import gap_to_arena, gap_to_robot
 from colias_sim.envs.options import EnvOptions
 from colias_sim.envs.scripted import Driver
-from colias_sim.envs.senses import Model, Response, neural_observation
+from colias_sim.envs.senses import Model, Response, neural_observation, senses_events
 from colias_sim.envs.state import Other, State
+from colias_sim.events import Events, event_counts, joined
 from colias_sim.pose import Pose
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ class World:
     _model: Model | None
     _luma: npt.NDArray[np.uint8]
     _responses: list[Response]
+    _events: list[Events]
     _film: np.random.Generator
 
     def __init__(self, sim: Simulation, name: str) -> None:
@@ -84,6 +86,11 @@ class World:
         return self._responses[-1] if self._responses else None
 
     @property
+    def events(self) -> Events:
+        """The events of the last step, (N,) of ``colias_sim.events.EVENT``; none without an event camera."""
+        return joined(self._events)
+
+    @property
     def poses(self) -> dict[str, Pose]:
         """The pose of every robot, by name."""
         return self._sim.poses
@@ -127,16 +134,21 @@ class World:
     # Private.
 
     def _look(self, taken: bool) -> None:
-        """Develop the camera's frame that ends now, to which the model responds if it is ``taken``."""
+        """Develop the camera's frame that ends now; the model responds to it, or to events, if it is ``taken``."""
         self._luma = self._sim.camera(self._observer.name).develop(self._film, self._sim.data.time).luma
+        if taken and self._sim.event_camera:
+            self._events.append(self._sim.event_camera.take())
         if taken and self._model is not None:
-            self._responses.append(self._model.step(self._luma))
+            self._responses.append(self._model.step(self._events[-1] if senses_events(self._model) else self._luma))
 
     def _observation(self) -> Any:
-        if self.options.observation == "state":
-            return self.state.vector()
-        if self.options.observation == "neural":
-            return neural_observation(self._responses)
+        match self.options.observation:
+            case "state":
+                return self.state.vector()
+            case "neural":
+                return neural_observation(self._responses)
+            case "events":
+                return event_counts(self.events, self._luma.shape)
         pixels = self._luma[..., None].copy()  # a copy that the agent may modify
         if self.options.observation == "pixels":
             return pixels

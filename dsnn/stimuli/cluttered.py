@@ -46,6 +46,8 @@ class Cluttered(Stimulus[ClutteredParams]):
     The background shifts from the first frame to the last, through the object's rest.
     """
 
+    is_continuous = True
+
     def __init__(self, params: ClutteredParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         self._path = ObjectPath(params)

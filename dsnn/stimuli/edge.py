@@ -44,6 +44,8 @@ class BarParams(EdgeParams):
 class _Sweep(Stimulus[EdgeParams]):
     """Base class of edge and bar: a band of ``thickness`` px that enters the frame and moves by ``way`` px."""
 
+    is_continuous = True
+
     def __init__(self, params: EdgeParams, seed: int, thickness: float, way: float) -> None:
         super().__init__(params, seed)
         if params.dark_grey >= params.light_grey:

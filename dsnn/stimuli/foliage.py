@@ -94,6 +94,8 @@ class FoliageParams(TimedParams):
 class Foliage(TimedStimulus[FoliageParams]):
     """Foliage in the wind. The seed makes texture (of 1/f amplitude) and sway. The wind rises over the rest."""
 
+    is_continuous = True
+
     def __init__(self, params: FoliageParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         p = params

@@ -39,6 +39,8 @@ class GratingParams(TimedParams):
 class Grating(TimedStimulus[GratingParams]):
     """A drifting grating. The seed sets its first phase; with seed 0 the phase is 0 in the middle of the frame."""
 
+    is_continuous = True
+
     def __init__(self, params: GratingParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         turn = math.radians(params.direction_deg)

@@ -78,6 +78,8 @@ class LoomingParams(ClipParams):
 class Looming(Stimulus[LoomingParams]):
     """A looming object. The seed sets the phase of the background's grating; on an even ground nothing is random."""
 
+    is_continuous = True
+
     def __init__(self, params: LoomingParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         p = params

@@ -27,6 +27,8 @@ class PlainParams(ObjectParams):
 class Plain(Stimulus[PlainParams]):
     """An object in front of an even ground. It has nothing random: every seed gives the same frames."""
 
+    is_continuous = True
+
     def __init__(self, params: PlainParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         self._path = ObjectPath(params)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Generic, TypeVar
+from typing import Annotated, ClassVar, Generic, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -226,6 +226,9 @@ class Stimulus(ABC, Generic[P]):
     ((180, 320), (-120.0, 0.0))
     """
 
+    is_continuous: ClassVar[bool] = False
+    """Whether `frame` paints moments between two frames too, for a fraction as index."""
+
     def __init__(self, params: P, seed: int = 0) -> None:
         if not isinstance(seed, int | np.integer) or seed < 0:
             raise ValueError(f"seed must be a whole number from 0 up, got {seed!r}")
@@ -259,6 +262,21 @@ class Stimulus(ABC, Generic[P]):
         StimulusFrame
             The frame and its truth.
         """
+
+    def at(self, index: float) -> StimulusFrame:
+        """Paint the moment at ``index / fps`` seconds.
+
+        Parameters
+        ----------
+        index
+            From 0 to ``len(clip) - 1``, between two frames too.
+
+        Returns
+        -------
+        StimulusFrame
+            What is there at this moment. A stimulus that moves in steps keeps the frame before.
+        """
+        return self.frame(cast(int, index) if self.is_continuous else int(index))
 
     def __iter__(self) -> Iterator[StimulusFrame]:
         return (self.frame(index) for index in range(len(self)))

@@ -86,6 +86,8 @@ class Street(Stimulus[StreetParams]):
     ``swaying``, or ``still`` without foliage.
     """
 
+    is_continuous = True
+
     def __init__(self, params: StreetParams, seed: int = 0) -> None:
         super().__init__(params, seed)
         p = params

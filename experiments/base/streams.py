@@ -35,10 +35,12 @@ KEYS: Mapping[str, tuple[int, ...]] = {
     "firmware.clips": (ROOM, 15),  # what the chip's program is measured with
     "conformance.frame": (ROOM, 17),  # that a model is shown again and again
     "trial.shuffled": (ROOM, 21),  # the order of frames in a control
+    "benchmark.sample": (ROOM, 25),  # the trials that a verifier does again
     "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
     "plausible.box": (ROOM, 20),  # apparatus drawn from what nobody knows
     "swarm.start": (ROOM, 30),  # where robots of a scenario start, and their light
     "swarm.drive": (ROOM, 31),  # what each robot draws itself
+    "trial.events": (ROOM, 80),  # thresholds and noise of an event camera
     "trial.processor": (ROOM, 19),  # the first frame that a processor takes
 }
 """Name -> the spawn key that tells its numbers from the others'. A new name takes a new key."""

@@ -1,21 +1,24 @@
-"""The commands that analyse: ``colias reproduce``, ``sweep``, ``fit``, ``leaderboard`` and ``tune``.
+"""The commands that analyse: ``colias reproduce``, ``sweep``, ``fit``, ``benchmark``, ``leaderboard`` and ``tune``.
 
 Heavy imports happen when they run.
 """
 
+import secrets
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from experiments.base.console import count, show_files
+from experiments.base.console import count, error_console, out_console, show_files
 from experiments.base.errors import UsageError
 from experiments.base.values import key_values
 from experiments.cli import options
-from experiments.kinds.tables import BOARDS, shipped
+from experiments.kinds.tables import KINDS, shipped
 from experiments.store.asked import Asked
 from experiments.store.workers import Workers
 
+MOST_NAMED = 10
+"""Differences of an entry that are printed."""
 MODEL_CLAIMS = "model-claims"
 """The study of the claims of the looming models' own papers."""
 Claims = Annotated[
@@ -95,7 +98,7 @@ def _model_claims(names: list[str], folder: Path, seed: int, pool: Workers) -> i
     """Judge the claims of models' own papers, and show them."""
     from experiments.draw.terminal import show_verdicts
 
-    verdicts, failures = shipped(BOARDS["reproduction"]).judge_models(folder, names, seed, pool)
+    verdicts, failures = shipped(KINDS["reproduction"].removesuffix(":KIND")).judge_models(folder, names, seed, pool)
     if not pool.quiet:
         show_verdicts(verdicts, model=True)
         show_files(folder, count(len(verdicts), "claim"))
@@ -135,25 +138,53 @@ def fit(
     return options.finish(asked, out, options.pool(workers, cluster, quiet))
 
 
-def leaderboard(
-    model: options.Models = None,
-    only: options.Only = False,
-    repeats: options.Repeats = None,
-    seed: options.Seed = 0,
-    controls: options.Controls = False,
+def benchmark(
+    model: Annotated[str | None, typer.Argument(help="A name, or a .py file.")] = None,
+    beacon: Annotated[str, typer.Option("--round", metavar="SEED", help="A round's number: add its trials.")] = "",
+    verify: Annotated[Path | None, typer.Option(metavar="ENTRY", help="Check this entry.")] = None,
+    sample: Annotated[float, typer.Option(help="With --verify: the share of its trials that is done again.")] = 0.1,
+    seed: Annotated[int | None, typer.Option(help="With --verify: what draws them; otherwise nobody knows it.")] = None,
     out: options.Out = None,
     workers: options.Workers = None,
     cluster: options.Cluster = None,
     quiet: options.Quiet = False,
 ) -> int:
-    """Show every model the same robot trials and the clips of its kind, time them in turns, and rank them.
+    """Score a model on the frozen tasks CB-1, and write an entry that others can check.
+
+    The entry has its scores (entry.json), a row for each trial (trials.parquet), the model's files, a page and a
+    figure. The same command with that folder as --out resumes. --verify computes every score again and does a sample
+    of the trials again. It runs the entry's code with your rights.
+    """
+    pool = options.pool(workers, cluster, quiet)
+    if verify is None:
+        asked = Asked(kind="benchmark", models=(model,) if model else (), only=True, options={"round": beacon})
+        return options.finish(asked, out, pool)
+    error_console.print(f"note: this runs the code in {verify} with your rights")
+    drawn = secrets.randbelow(2**31) if seed is None else seed
+    found, how = shipped(KINDS["benchmark"].removesuffix(":KIND")).verify(verify, sample, drawn, pool)
+    for line in found[:MOST_NAMED]:
+        out_console.print(f"differs: {line}")
+    out_console.print(f"{f'{verify} does not agree: {len(found)} differences' if found else f'{verify} agrees'}. {how}")
+    return options.EXIT_FAILED if found else 0
+
+
+def leaderboard(
+    model: options.Models = None,
+    only: options.Only = False,
+    repeats: options.Repeats = None,
+    seed: options.Seed = 0,
+    out: options.Out = None,
+    workers: options.Workers = None,
+    cluster: options.Cluster = None,
+    quiet: options.Quiet = False,
+) -> int:
+    """Rank models on the robot trials and clips of 0.4, as before colias benchmark. It goes in 0.6.
 
     Models of direction and of looming are ranked apart: leaderboard.csv and looming.csv have the scores with their
-    95 % intervals, and figures of the same names show them. The models are those registered, but dsnn-reference.
-    With --controls they have the gain too: a model's score less that of its best control, of frozen, absent, reversed.
+    95 % intervals. The models are those registered, but dsnn-reference.
     """
-    asked = Asked(kind="leaderboard", models=tuple(model or ()), only=only, repeats=repeats, seed=seed,
-                  options={"controls": True} if controls else {})  # fmt: skip
+    error_console.print("note: colias leaderboard goes in 0.6: colias benchmark takes its place")
+    asked = Asked(kind="leaderboard", models=tuple(model or ()), only=only, repeats=repeats, seed=seed)
     return options.finish(asked, out, options.pool(workers, cluster, quiet))
 
 

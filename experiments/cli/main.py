@@ -20,7 +20,8 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = {
         "reproduce": ("reproduce", "Run the paper's experiments and report which claims hold"),
         "sweep": ("sweep", "Judge claims over a grid of parameters, in replicates"),
         "fit": ("fit", "Search for parameters under which claims hold"),
-        "leaderboard": ("leaderboard", "Rank models on the same trials and clips"),
+        "benchmark": ("benchmark", "Score a model on frozen tasks, and check entries"),
+        "leaderboard": ("leaderboard", "The ranks of 0.4; use benchmark"),
         "tune": ("tune", "Measure tuning curves: speed, size, contrast, direction, ..."),
     },
     "see": {

@@ -25,7 +25,7 @@ OTHER = "; --trial N for another"
 ENDINGS = (".mp4", ".webp", ".png")
 """Of films and strips."""
 MEANT = {
-    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial", "truth"},
+    "a stimulus": {"assignments", "seed", "jitter"}, "pictures": {"trial", "truth", "events"},
     "a strip": {"trial", "size", "frames", "model"}, "a film": {"trial", "size", "fps", "speed", "model"},
 }  # fmt: skip
 """What ``colias video`` writes -> the options that it has."""
@@ -107,6 +107,7 @@ def video(
     truth: Annotated[
         bool, typer.Option("--truth", help="With a folder: a data set of what pixels truly show.")
     ] = False,
+    events: Annotated[bool, typer.Option("--events", help="With a folder: the events of an event camera.")] = False,
     model: options.Models = None,
     assignments: options.Assignments = None,
     seed: options.Seed = 0,
@@ -119,6 +120,7 @@ def video(
     some moments side by side above the traces, for papers. Videos need the extra colias-sim[video]. Each model has a
     lane. A folder gets the pictures as the camera saw them; of a stimulus (--set, --seed, --jitter) also truth.csv.
     With --truth a trial of RUN is played once more, and its flow, depth, surfaces, poses and responses are written too.
+    With --events an event camera sees it once more: events.npz, and events.h5 where h5py is installed.
     """
     from dsnn.stimuli import STIMULI
     from experiments.draw.video import Reel, film_times, make, strip
@@ -133,8 +135,8 @@ def video(
     if stimulus:
         _write_stimulus(str(source), out, key_values(assignments), seed, jitter)
         return 0
-    if truth and not out.suffix:
-        _write_data_set(source, trial, out)
+    if (truth or events) and not out.suffix:
+        _write_data_set(source, trial, out, truth=truth, events=events)
         return 0
     path, shape = recording(source, trial), options.width_height(size)
     if not out.suffix:
@@ -168,15 +170,16 @@ def _write_frames(path: Path, out: Path) -> None:
         write_pictures(out / camera, images, ".png")
 
 
-def _write_data_set(run: Path, trial: int | None, out: Path) -> None:
-    """Write a trial of a run with its truth, planned where the run's own command was given."""
+def _write_data_set(run: Path, trial: int | None, out: Path, *, truth: bool, events: bool) -> None:
+    """Write a trial of a run with its truth and its events, planned where the run's own command was given."""
     from experiments.kinds import data_set
     from experiments.kinds.result import load
 
     place = out.absolute()
     command, asked = moved(run, load(run).description)
     with contextlib.chdir(command["folder"]):
-        data_set.write(Asked.read(asked), trial, place)
+        for write in [data_set.write] * truth + [data_set.write_events] * events:
+            write(Asked.read(asked), trial, place)
 
 
 def _write_stimulus(name: str, out: Path, values: Mapping[str, str], seed: int, jitter: float) -> None:

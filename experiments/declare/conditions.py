@@ -278,7 +278,7 @@ def _at_knots(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.concatenate([[2 * values[0] - between[0]], between, [2 * values[-1] - between[-1]]])
 
 
-# --- trials by hand: what was commanded and changed in which frame ----------------------------------------------------
+# --- trials by hand: what was commanded in which frame ----------------------------------------------------------------
 
 LONGEST_FRAMES = 36_000
 """Frames of the longest trial by hand: 20 minutes at 30 frames per second."""
@@ -290,8 +290,6 @@ Place = tuple[float, float, float]
 """x and y in cm from the observer's place in other trials, and heading in degrees, left positive."""
 Command = tuple[int, RobotName, float, float]
 """The frame from which on a robot has a speed, cm/s, and a turn rate, degrees/s, until its next command."""
-Change = tuple[int, str, str, str]
-"""The frame from which on a model has a parameter's value, as ``--set`` takes it. It begins anew, from rest, there."""
 
 
 def pose_of(place: Place) -> Pose:
@@ -315,7 +313,7 @@ class Hand:
         How many it has.
     stimulus, observer
         Where the robots are put down.
-    commands, changes
+    commands
         What was done, in order of frame.
     """
 
@@ -323,15 +321,6 @@ class Hand:
     stimulus: Place
     observer: Place
     commands: tuple[Command, ...] = ()
-    changes: tuple[Change, ...] = ()
-
-    def changes_at(self, frame: int) -> dict[str, dict[str, str]]:
-        """Return the changes of a frame: model -> parameter -> text."""
-        changed: dict[str, dict[str, str]] = {}
-        for when, model, name, text in self.changes:
-            if when == frame:
-                changed.setdefault(model, {})[name] = text
-        return changed
 
 
 # --- conditions -------------------------------------------------------------------------------------------------------

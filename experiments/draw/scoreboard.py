@@ -13,10 +13,23 @@ from experiments.base import console, palette
 from experiments.draw import style
 from experiments.judge.tests import Score
 
+ENDS = {"": float, "_low": float, "_high": float, "_n": int}
+"""What is added to a measure's name -> type of the column."""
 PRINTED = 3
 """Measures in one table."""
 ACROSS, ROW, AROUND = 4, 0.17, 0.75
 """Panels side by side, and the heights of a row and of what is around a panel's rows, inches."""
+
+
+def tabulate(scores: Mapping[str, Mapping[str, Sequence[float | None] | None]]) -> pl.DataFrame:
+    """Return scores with a row for each model, and the columns ``NAME``, ``NAME_low``, ``NAME_high`` and ``NAME_n``.
+
+    ``scores`` has of each model each measure's value, ends of its interval and n; ``None`` where it does not apply.
+    """
+    kinds = {f"{name}{end}": kind for found in scores.values() for name in found for end, kind in ENDS.items()}
+    rows = [(model, *(value for of in found.values() for value in of or [None] * len(ENDS)))
+            for model, found in scores.items()]  # fmt: skip
+    return pl.DataFrame(rows, {"model": str, **kinds}, orient="row")
 
 
 def draw(table: pl.DataFrame, labels: Mapping[str, str], chance: Mapping[str, float], title: str, note: str) -> Figure:

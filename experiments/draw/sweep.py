@@ -31,12 +31,20 @@ Described = Mapping[str, Any]
 """A sweep as its ``NAME.json`` has it."""
 
 
-def draw(sweep: Described) -> Figure:
+def draw(sweep: Described, at: Mapping[str, str] | None = None) -> Figure:
     """Draw a sweep.
 
     One parameter has curves with intervals, two have maps, one for each claim and measure of each model. Claims over
     levels with names are one map: points and models down, claims across.
+
+    Parameters
+    ----------
+    sweep
+        As its ``NAME.json`` has it.
+    at
+        Axis -> the level of it that alone is drawn.
     """
+    sweep = _cut(sweep, at or {})
     named = bool(sweep["counts"]) and sweep["named"]
     cells, symbols = _cells(sweep), []
     if not named and len(sweep["axes"]) == 1:
@@ -46,9 +54,11 @@ def draw(sweep: Described) -> Figure:
         symbols += [words for words, sign in SYMBOLS.items() if texts.str.contains(sign).any()]
     with style.look():
         figure = _table(sweep, cells) if named else _panels(sweep, cells)
-        first, _, further = finding(cells).partition("; ")
+        first, _, further = (best(cells) if named else finding(cells)).partition("; ")
         style.headline(figure, style.title(first, "Share of the replicates in which claims hold"))
-        what = f"{style.sentence(sweep['summary'])}: n = {sweep['replicates']}, from seed {sweep['seed']}"
+        fewest = min((count_of(row).replicates for row in sweep["counts"]), default=sweep["replicates"])
+        replicates = " to ".join(map(str, sorted({fewest, sweep["replicates"]})))
+        what = f"{style.sentence(sweep['summary'])}: n = {replicates}, from seed {sweep['seed']}"
         style.caption(figure, f"{what}.", *[f"{text}." for text in (style.sentence(further), *symbols) if text])
     return figure
 
@@ -85,9 +95,33 @@ def finding(cells: pl.DataFrame) -> str:
     return "; ".join(phrases) or "Nothing was measured"
 
 
+def best(cells: pl.DataFrame) -> str:
+    """Return at which points most claims hold in every replicate, and how many; ``cells`` as for `finding`."""
+    judged = cells.filter("judged")
+    held = judged.group_by("point", maintain_order=True).agg((pl.col("value").cast(float) == 1.0).sum())
+    most, number = max(held["value"].to_list(), default=0), judged["what"].n_unique()
+    points = held.filter(value=most)["point"].to_list()
+    where = points[0] if len(points) == 1 else f"{len(points)} of {len(held)} points"
+    phrases = [f"At most {most} of {number} claims hold, at {where}", *points[: len(points) * (1 < len(points) < 4)]]
+    return "; ".join(phrases) if most else "No claim holds in every replicate"
+
+
+def _cut(sweep: Described, at: Mapping[str, str]) -> Described:
+    """Return what a sweep has at levels of some axes, without these axes."""
+    values = {name: values_of(sweep["axes"][name])[level] for name, level in at.items()}
+    rows = {name: [row for row in sweep[name] if all(row[axis] == value for axis, value in values.items())]
+            for name in ("counts", "numbers")}  # fmt: skip
+    return {**sweep, **rows, "axes": {name: levels for name, levels in sweep["axes"].items() if name not in at}}
+
+
 def _cells(sweep: Described) -> pl.DataFrame:
-    """Return a row for each point, model, claim and measure: its value and interval, its text, where it is drawn."""
+    """Return a row for each point, model, claim and measure: its value and interval, its text, where it is drawn.
+
+    ``point`` is the point in words, with the model where there are several.
+    """
     rows, axes = [], sweep["axes"]
+    models = {row["model"] for row in (*sweep["counts"], *sweep["numbers"])}
+    names = [*axes, *(["model"] if len(models) > 1 or not axes else [])]
     for row in (*sweep["counts"], *sweep["numbers"]):
         claim, value = "claim" in row, row.get("value")
         value, text = shown(row) if claim else (value, "" if value is None else f"{value:.3g}")
@@ -95,6 +129,7 @@ def _cells(sweep: Described) -> pl.DataFrame:
         places = [list(values_of(levels).values()).index(row[name]) for name, levels in axes.items()]
         rows.append({
             **{name: row[name] for name in (*axes, "model")}, "what": row["claim" if claim else "measure"],
+            "point": ", ".join(f"{row[name]:g}" if isinstance(row[name], float) else row[name] for name in names),
             "judged": claim, "value": value, "text": text, "low": row[ends[0]], "high": row[ends[1]],
             "x": (*places, 0)[0], "y": (*places, 0, 0)[1],
         })  # fmt: skip
@@ -165,18 +200,17 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
 
 def _table(sweep: Described, cells: pl.DataFrame) -> Figure:
     """Draw points and models down, claims across."""
-    cells, names = cells.filter("judged"), list(sweep["axes"])
-    columns = [*names, *(["model"] if cells["model"].n_unique() > 1 or not names else [])]
-    points = cells.select(columns).rows()
-    rows, claims = list(dict.fromkeys(points)), list(dict.fromkeys(cells["what"]))
-    places = {"x": list(map(claims.index, cells["what"])), "y": list(map(rows.index, points))}
-    figure = Figure((style.WIDTH, min(style.PAGE, 1.2 + 0.2 * len(rows))), layout="constrained")
+    cells = cells.filter("judged")
+    points, claims = (list(dict.fromkeys(cells[name])) for name in ("point", "what"))
+    places = {"x": list(map(claims.index, cells["what"])), "y": list(map(points.index, cells["point"]))}
+    figure = Figure((style.WIDTH, min(style.PAGE, 2.6 + 0.2 * len(points))), layout="constrained")
     panel = figure.subplots()
-    _heat(panel, cells.with_columns(pl.Series(name, at) for name, at in places.items()), (len(rows), len(claims)))
+    _heat(panel, cells.with_columns(pl.Series(name, at) for name, at in places.items()), (len(points), len(claims)))
     panel.invert_yaxis()
-    panel.set_xticks(range(len(claims)), claims)
-    panel.set_yticks(range(len(rows)), [", ".join(map(str, row)) for row in rows])
-    panel.set_ylabel(", ".join(columns))
+    titles = [style.wrapped(f"{sweep['titles'].get(claim, '')} ({claim})", 1.4, style.TITLE) for claim in claims]
+    panel.set_xticks(range(len(claims)), titles, rotation=90, fontsize=style.TITLE)
+    panel.set_yticks(range(len(points)), points)
+    panel.set_ylabel(", ".join(sweep["axes"]) or "model")
     return figure
 
 

@@ -152,15 +152,15 @@ def proportion_interval(count: float, of: float) -> tuple[float, float]:
 
 
 def mcnemar(first_only: int, second_only: int) -> float:
-    """Return the exact two-sided p of McNemar's test, of the pairs that differ; 1 where none does.
+    """Return the exact two-sided p of McNemar's test, of the pairs that differ, one or more.
 
     References
     ----------
     McNemar 1947, Note on the sampling error of the difference between correlated proportions, Psychometrika 12.
     """
-    n = first_only + second_only
-    fewest = sum(math.comb(n, k) for k in range(min(first_only, second_only) + 1))
-    return float(min(1.0, 2 * fewest / 2**n))
+    from scipy import stats
+
+    return float(stats.binomtest(first_only, first_only + second_only).pvalue)
 
 
 def poisson_interval(count: float) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from colias_sim.config import EventConfig
 from experiments.base import console
 from experiments.base.console import count, out_console, show_files
 from experiments.base.errors import UsageError
@@ -18,10 +19,10 @@ from experiments.judge.verdict import Verdict, document, verdict_of
 from experiments.kinds import registry
 from experiments.kinds.controls import conclude_controls
 from experiments.kinds.result import Kind, Run, concluding, load
-from experiments.settings.models import shown_models
+from experiments.settings.models import event_camera, shown_models
 from experiments.settings.parameters import differing
 from experiments.settings.pictures import folder_pictures
-from experiments.settings.settings import check_counts, watchers
+from experiments.settings.settings import check_counts, events_of, watchers
 from experiments.show.clips import TRIALS, TRUE_FRAMES, ClipTrial, described_scenes, record, trials_of
 from experiments.show.controls import controls
 from experiments.show.play import FRAMES, Trial, play
@@ -66,12 +67,13 @@ def plan(asked: Asked) -> Plan[ClipTrial]:
     repeats = experiment.repeats if asked.repeats is None else asked.repeats
     check_counts(asked.seed, repeats, f"{experiment.name}: repeats" if asked.repeats is None else "--repeats")
     models = shown_models(experiment.models, asked.models, asked.only)
-    chosen = watchers(models, asked.values)
-    truth, changed = bool(asked.option("truth")), differing(chosen, offline=True)
+    chosen, config = watchers(models, asked.values, {"events": EventConfig()}), events_of(asked.values)
+    others, events = {"events": (EventConfig(), config)}, event_camera(chosen, config)
+    truth, changed = bool(asked.option("truth")), differing(chosen, offline=True, others=others)
     again = controls if asked.option("controls") else None
-    trials = trials_of(experiment, chosen, repeats, asked.seed, pictures, truth=truth, controls=again)
+    trials = trials_of(experiment, chosen, repeats, asked.seed, pictures, truth=truth, controls=again, events=events)
     recordings = bool(asked.option("recordings", True)) and experiment.recorded
-    random = any(clip.is_random for clip in experiment.clips)
+    random = bool(events) or any(clip.is_random for clip in experiment.clips)
     equal = f"nothing in {experiment.name} is random: its {repeats} repeats are equal"
     resolved = {
         "experiment": experiment,
@@ -109,7 +111,7 @@ def conclude(plan: Plan[ClipTrial], folder: RunFolder) -> None:
     rows = without_controls(folder.table("trials")).to_dicts()
     folder.write_json("claims.json", document(verdicts(plan, rows)))
     if rows:
-        conclude_controls(plan, folder, {trial.index: trial.way() for trial in plan.trials})
+        conclude_controls(plan, folder, lambda: {trial.index: trial.way() for trial in plan.trials})
         folder.write_rows("summary.csv", summary_rows(rows, ("model", "clip"), QUANTITIES, QUANTITIES[1:]))
         style.save(load(folder.folder).figure(), folder.folder / "figure")
 

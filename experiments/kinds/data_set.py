@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from colias_sim.events import joined, save_events
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.templates import render
 from experiments.kinds.result import planned
-from experiments.show.play import show, tabulate
+from experiments.settings.settings import events_of
+from experiments.show.play import Trial, show, tabulate
 from experiments.store.asked import Asked
 from experiments.store.recordings import write_pictures
 
@@ -56,10 +58,7 @@ def write(asked: Asked, trial: int | None, out: Path) -> None:
     """
     if asked.kind != "trials":
         raise UsageError(f"--truth: RUN must be a run of trials with the robot, got one of the kind {asked.kind}")
-    trials = {str(one.index): one for one in planned(asked).trials}
-    number = next(iter(trials)) if trial is None else str(trial)
-    check_known("--trial", number, list(trials))
-    chosen = dataclasses.replace(trials[number], truth=True, controls=None)
+    chosen = dataclasses.replace(_trial(asked, trial), truth=True, controls=None)
     showings = show(chosen)
     for showing in showings:
         place = out / f"camera{showing.eye and f'_{showing.eye}'}"
@@ -75,3 +74,36 @@ def write(asked: Asked, trial: int | None, out: Path) -> None:
     files = Files(out)
     files.write_text("frames.csv", tabulate(chosen, showings, 0.0).frames.write_csv())
     files.write_text("README.md", render("kinds/data_set.md.j2", trial=chosen, truth=truths[0]) + "\n")
+
+
+def _trial(asked: Asked, number: int | None) -> Trial:
+    """Return a trial of a run, planned anew: the first for ``None``."""
+    trials: dict[str, Trial] = {str(one.index): one for one in planned(asked).trials}
+    wanted = next(iter(trials)) if number is None else str(number)
+    check_known("--trial", wanted, list(trials))
+    return trials[wanted]
+
+
+def write_events(asked: Asked, trial: int | None, out: Path) -> None:
+    """Play a trial of a run once more before an event camera, and write its events.
+
+    Parameters
+    ----------
+    asked
+        What the run was asked for. The event camera is that of its models, or of the settings ``events``.
+    trial
+        Number of the trial; ``None``: the first.
+    out
+        A new folder. It gets ``events.npz`` of each camera, and ``events.h5`` where h5py is installed.
+
+    Raises
+    ------
+    UsageError
+        It is no run of trials with the robot or of clips, or has no such trial.
+    """
+    if asked.kind not in ("trials", "clips"):
+        raise UsageError(f"--events: RUN must be a run of trials or clips, got one of the kind {asked.kind}")
+    chosen = _trial(asked, trial)
+    for showing in show(dataclasses.replace(chosen, events=chosen.events or events_of(asked.values), controls=None)):
+        events, times = joined(sample.events for sample in showing.samples), [one.time_s for one in showing.samples]
+        save_events(out / f"camera{showing.eye and f'_{showing.eye}'}", events, showing.source.shape, times)

@@ -78,7 +78,8 @@ def robot_part(declared: Experiment, study: Study, seed: int, models: Sequence[s
 
         return experiment.conditions(), specs, is_random(moved)
 
-    base = {"robot": settings.robot, "camera": settings.camera, "scene": settings.scene, "experiment": whole.design}
+    base = {key: getattr(settings, key) for key in ("robot", "camera", "scene", "events")}
+    base["experiment"] = whole.design
     return Part(whole, settings.models, base, repeats, render, {**resolved, "changed": changed})
 
 

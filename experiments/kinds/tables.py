@@ -18,6 +18,7 @@ KINDS: Mapping[str, str] = {
     "sweep": "experiments.kinds.sweep:KIND",
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",
+    "benchmark": "experiments.paper.benchmark.entry:KIND",
     "leaderboard": "experiments.paper.boards:KIND",
     "reproduction": "experiments.paper.reproduce:KIND",
 }
@@ -59,7 +60,6 @@ CLAIMS: Mapping[str, str] = {
 
 STUDIES: Mapping[str, str] = {
     "fidelity": "experiments.paper.studies.robot:FIDELITY",
-    "eye-range": "experiments.paper.studies.robot:EYE_RANGE",
     "why": "experiments.paper.studies.why:STUDY",
     "plausible": "experiments.paper.studies.plausible:STUDY",
     "plausible-pilot": "experiments.paper.studies.plausible:PILOT",
@@ -75,9 +75,6 @@ STUDIES: Mapping[str, str] = {
 
 PLANS: Mapping[str, str] = {"studies": "experiments.paper.studies.plans:PLANS"}
 """What plans the studies of which a `Study` does not say all: study -> function of it and of what was asked."""
-
-BOARDS: Mapping[str, str] = {"reproduction": "experiments.paper.reproduce"}
-"""What is made of many runs -> its module."""
 
 
 def kind_of(name: str) -> Any:

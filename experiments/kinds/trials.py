@@ -205,7 +205,7 @@ def conclude(plan: Plan[Any], folder: RunFolder) -> None:
         return
     from experiments.draw import style  # not before: workers do without matplotlib
 
-    conclude_controls(plan, folder, ways(rows))
+    conclude_controls(plan, folder, lambda: ways(rows))
     whole = whole_networks(run)
     folder.write_rows("summary.csv", summary_rows(whole, ("model", *CONDITION_COLUMNS), QUANTITIES, NEGATIVE))
     if compared := compare(whole, models[0].label if len(experiment.models) > 1 else ""):

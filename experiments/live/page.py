@@ -15,7 +15,6 @@ import queue
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -82,7 +81,7 @@ class Traces:
 
     def _thresholds(self) -> list[float]:
         """Return T and -T of the models, by their parameters as they are now."""
-        now = (replace(runner.chosen, network=runner.network).threshold for runner in self._session.runners)
+        now = (runner.chosen.threshold for runner in self._session.runners)
         return [sign * limit for limit in dict.fromkeys(now) if limit is not None for sign in (1, -1)]
 
     def _series(self) -> list[tuple[uplot.Series, ...]]:
@@ -233,7 +232,7 @@ HINT = """**Make it fire: press `I`.** The black robot crosses the camera's view
 | with shift | the same for the observer |
 | `Space` `N` | pause or go on; one frame |
 | `R` `C` | begin again; record |
-| `Z` | the model's first parameters |
+| `Z` | the first parameters |
 """
 
 
@@ -296,11 +295,11 @@ class Page:
         self._controls.append((handle, present))
         handle.on_update(update)
 
-    def _parameter(self, section: str, holder: Callable[[], Any], name: str, do: Callable[[str], None]) -> None:
+    def _parameter(self, section: str, holder: Callable[[], Any], name: str) -> None:
         """Add the control of a parameter, by its field's range and unit; none of a text, which may name a file."""
-        gui, value = self.server.gui, holder()
+        gui, value, key = self.server.gui, holder(), f"{section}.{name}"
         schema, now = schema_of(value, name), getattr(value, name, None)
-        field = next(field for field in described({section: value}) if field["key"] == f"{section}.{name}")
+        field = next(field for field in described({section: value}) if field["key"] == key)
         label = f"{name}, {field['unit']}" if field["unit"] else name
         hint = f"{field['description']}; {field['legal']}; here: {field['value'] or 'none'}"
         present: Callable[[], Any] = lambda: getattr(holder(), name)  # noqa: E731
@@ -314,7 +313,7 @@ class Page:
             handle = _number(gui, label, schema, now, hint)
         else:
             return
-        self.follow(handle, lambda value: do(str(value)), present)
+        self.follow(handle, lambda value: self.session.set(key, str(value)), present)
 
     def _build(self) -> None:
         """Add the panels and the controls."""
@@ -340,11 +339,11 @@ class Page:
         with tabs.add_tab("World"):
             for section, name in ((section, name) for section, names in WORLD.items() for name in names):
                 holder = partial(lambda section: getattr(session.spec.settings, section), section)
-                self._parameter(section, holder, name, partial(session.set, f"{section}.{name}"))
+                self._parameter(section, holder, name)
         commands: tuple[tuple[str, Any, Callable[[], None]], ...] = (
             ("pause or continue", "space", partial(self.time, "pause")), ("one frame", "N", partial(self.time, "step")),
             ("begin again", "R", partial(self.time, "again")), ("record", "C", self.record),
-            ("reset the model's parameters", "Z", session.reset_parameters),
+            ("reset the parameters", "Z", session.reset_parameters),
         )  # fmt: skip
         for label, key, do in commands:
             gui.add_command(label, hotkey=key).on_trigger(lambda _, do=do: enqueue(do))
@@ -354,11 +353,10 @@ class Page:
         gui, session = self.server.gui, self.session
         gui.add_button("reset the parameters", hint="key Z").on_click(lambda _: self.enqueue(session.reset_parameters))
         for place, runner in enumerate(session.runners):
-            holder = partial(lambda place: session.runners[place].network, place)
+            holder = partial(lambda place: session.runners[place].chosen.network, place)
             with gui.add_folder(runner.label):
-                for field in dataclasses.fields(runner.network):
-                    do = partial(session.change, runner.label, field.name)
-                    self._parameter(runner.section, holder, field.name, do)
+                for field in dataclasses.fields(runner.chosen.network):
+                    self._parameter(runner.chosen.section, holder, field.name)
 
     def _build_drive(self) -> None:
         """Add the controls of the robots, and the arena."""
@@ -403,8 +401,8 @@ class Page:
         """Show a frame."""
         session = self.session
         with self.server.atomic():
-            if self._drawn is not session.trial:
-                self._drawn = session.trial
+            if self._drawn is not session.trial.sim:  # a new trial of the same scene is drawn already
+                self._drawn = session.trial.sim
                 self.scene.draw(session.trial.sim, session.spec.settings.camera)
                 self._refresh()
             self.scene.move(session.poses)

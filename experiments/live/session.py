@@ -8,13 +8,12 @@ from typing import cast
 from colias_sim import Pose
 from dsnn import Response
 from experiments.base.errors import UsageError, as_usage_error
-from experiments.declare.conditions import LONGEST_FRAMES, Change, Hand, Place, RobotName, place_of
+from experiments.declare.conditions import LONGEST_FRAMES, Hand, Place, RobotName, place_of
 from experiments.declare.experiment import visit
 from experiments.kinds.api import run
 from experiments.kinds.result import Run
 from experiments.kinds.trials import checked
-from experiments.settings.parameters import cell
-from experiments.show.play import ModelRunner, Sample, Showing, change
+from experiments.show.play import ModelRunner, Sample, Showing
 from experiments.show.robot import HandDrive, RobotSource, trials_of
 from experiments.store.asked import Asked
 
@@ -28,16 +27,13 @@ ROOM_CM = 3.0
 class Session:
     """Models that watch a trial without an end.
 
-    A new parameter of the apparatus begins a new trial, with the robots where they are. Commands to robots and
-    parameters of models change within a trial, from the next frame on. A change that is refused raises `UsageError`,
-    and the trial goes on.
+    A new parameter begins a new trial, with the robots where they are and driven as they were. Commands to robots hold
+    from the next frame on. A change that is refused raises `UsageError`, and the trial goes on.
 
     Attributes
     ----------
     settings
         Parameter -> text, as after ``--set``.
-    values
-        Model's label -> parameter -> text, of the parameters that were changed on the page.
     showing
         The frames, and the models that watch them.
     number
@@ -57,8 +53,7 @@ class Session:
 
     def __init__(self, models: Sequence[str], settings: Mapping[str, str] | None = None, seed: int = 0) -> None:
         self.models, self.seed, self.speed_cm_s = tuple(models), seed, 8.0
-        self.settings = dict(settings or {})
-        self.values: dict[str, dict[str, str]] = {}
+        self.settings = self._given = dict(settings or {})
         self.cost_s: dict[str, float] = {}
         self._moves: dict[RobotName, tuple[float, float]] = {}
         self._begin(self.settings, START)
@@ -100,8 +95,8 @@ class Session:
         """Begin a trial, with the robots at these places; ``None``: where they are."""
         self._begin(self.settings, places)
 
-    def _begin(self, settings: dict[str, str], places: Mapping[RobotName, Place] | None) -> None:
-        places = places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
+    def _begin(self, settings: dict[str, str], asked_places: Mapping[RobotName, Place] | None) -> None:
+        places = asked_places or {robot: place_of(self.poses[robot]) for robot in ROBOTS}
         hand = visit(Hand(LONGEST_FRAMES, places["stimulus"], places["observer"]))
         asked = Asked(kind="trials", values=settings, repeats=1, seed=self.seed)
         (spec,) = trials_of(*checked(hand, self.models, asked), self.seed)
@@ -111,30 +106,17 @@ class Session:
         self.trial: RobotSource = showing.source
         self._drive = cast(HandDrive, self.trial.drive)
         self.interval_s = self.trial.sim.frame_interval
-        self._changes: list[Change] = []
-        self._moves.clear()
+        if asked_places:
+            self._moves.clear()
         self.showing, self._samples, self.number = showing, iter(showing), 0
-        for label, values in self.values.items():
-            self._change(label, values)
 
     def set(self, key: str, text: str) -> None:
-        """Change a parameter of the apparatus, from a new trial on."""
+        """Change a parameter, from a new trial on."""
         self._begin({**self.settings, key: text}, None)
 
-    def change(self, model: str, name: str, text: str) -> None:
-        """Change a parameter of a model, from the next frame on, where the model restarts from rest."""
-        self._change(model, {name: text})
-        self.values.setdefault(model, {})[name] = text
-
-    def _change(self, model: str, values: Mapping[str, str]) -> None:
-        change(self.runners, model, values)
-        self._changes += [(self.number, model, name, text) for name, text in values.items()]
-
     def reset_parameters(self) -> None:
-        """Give every model its first parameters, from the next frame on."""
-        for runner in self.runners:
-            if changed := self.values.pop(runner.label, None):
-                self._change(runner.label, {name: str(cell(getattr(runner.chosen.network, name))) for name in changed})
+        """Give models and apparatus their first parameters, from a new trial on."""
+        self._begin(self._given, None)
 
     def drive(self, robot: RobotName, ahead: float, turn: float = 0.0) -> None:
         """Drive a robot from now on, at a share of the speed (-1 to 1), turning by degrees/s, left positive."""
@@ -150,15 +132,12 @@ class Session:
             self._drive.command(robot, float(ahead * self.speed_cm_s), float(turn))
 
     def hand(self) -> Hand:
-        """Return the commands and changes since the trial began, as data."""
+        """Return the commands since the trial began, as data."""
         if self.trial.number <= max(runner.phase for runner in self.runners):  # no model has seen anything
             raise UsageError("nothing has happened yet")
         places = self._places
-        return Hand(
-            self.trial.number, places["stimulus"], places["observer"],
-            tuple(c for c in self._drive.commands if c[0] < self.trial.number),
-            tuple(c for c in self._changes if c[0] < self.trial.number),
-        )  # fmt: skip
+        commands = tuple(command for command in self._drive.commands if command[0] < self.trial.number)
+        return Hand(self.trial.number, places["stimulus"], places["observer"], commands)
 
     def record(self, out: Path | None = None) -> Run:
         """Run the trial since it began once more, from its commands, into ``out`` or a new folder ``runs/live-TIME``.

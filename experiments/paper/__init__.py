@@ -1,1 +1,1 @@
-"""Content: the paper's clips, behaviours, claims, studies and boards, and its reproduction."""
+"""Content: the paper's clips, behaviours, claims, studies and benchmark, and its reproduction."""

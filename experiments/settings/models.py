@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from colias_sim.config import CameraConfig, ProcessorConfig
+from colias_sim.config import CameraConfig, EventConfig, ProcessorConfig
 from dsnn import MODELS, ModelEntry, VisionModel, model_entry
 from dsnn.model import SPIKING
 from experiments.base.errors import UsageError, as_usage_error, check_known
@@ -117,6 +117,11 @@ def parse_label(label: str) -> Label:
     parts = re.fullmatch(f"(.*?)(?:{EYE}({eyes}))?(?:{CONTROL}({controls}))?", label, re.DOTALL)
     assert parts is not None, "every label is a model's"
     return Label(*(part or "" for part in parts.groups()))
+
+
+def event_camera(models: Iterable[ConfiguredModel], config: EventConfig) -> EventConfig | None:
+    """Return the settings of the event camera that these models need; ``None`` where all sense frames."""
+    return config if any(model.declared.senses == "events" for model in models) else None
 
 
 def counted_channel(channels: Collection[str]) -> str:
@@ -301,7 +306,7 @@ def families(chosen: Sequence[ConfiguredModel]) -> list[str]:
         name = family(section, kind)
         if kinds.setdefault(name, kind) is not kind:
             name = section
-        if name in ("robot", "camera", "scene", "processor", "experiment"):
+        if name in ("robot", "camera", "events", "scene", "processor", "experiment"):
             raise UsageError(f"--model {model.label}: that name is a section of --set; give it another")
         found.append(name)
     return found

@@ -12,7 +12,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from colias_sim.config import CameraConfig, ProcessorConfig, RobotConfig, SceneConfig, known_arena
+from colias_sim.config import CameraConfig, EventConfig, ProcessorConfig, RobotConfig, SceneConfig, known_arena
 from dsnn import MODELS
 from dsnn.field_docs import meaning
 from experiments.base.errors import UsageError, as_usage_error, check_known
@@ -39,6 +39,7 @@ class Settings:
     scene: SceneConfig
     pose_sd_mm: float
     heading_sd_deg: float
+    events: EventConfig = dataclasses.field(default_factory=EventConfig)
 
 
 # Of trials with the robot, and of models alone.
@@ -48,15 +49,15 @@ def configure(experiment: Experiment, models: Sequence[str], values: Mapping[str
     """Set parameters by key, over those of the experiment; a `UsageError` names the value, its range and its origin."""
     usual = sections(experiment, models)
     given = by_section({**by_key(experiment.settings), **values}, usual)
-    robot, camera, scene, processor, design = (
+    robot, camera, scene, events, processor, design = (
         with_values(section, usual[section], given.get(section, {}))
-        for section in ("robot", "camera", "scene", "processor", "experiment")
+        for section in ("robot", "camera", "scene", "events", "processor", "experiment")
     )
     if lacking := [name for name in ("pose_sd_mm", "heading_sd_deg") if not hasattr(design, name)]:
         where = f"{experiment.file or experiment.name}: the design {type(design).__name__}"
         raise UsageError(f"{where} must have {' and '.join(lacking)}, spreads of the start from 0 to 100")
     shown = tuple(dataclasses.replace(model, processor=processor) for model in applied(look_up(models), given))
-    settings = Settings(shown, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg)
+    settings = Settings(shown, robot, camera, scene, design.pose_sd_mm, design.heading_sd_deg, events)
     with as_usage_error("--set: "):
         return dataclasses.replace(experiment, design=design), settings
 
@@ -72,9 +73,12 @@ def sections(experiment: Experiment | None, models: Sequence[str]) -> dict[str, 
     table: dict[str, Any] = {}
     for model in models_shown:
         table.setdefault(model.section, model.network)
-    table |= {"robot": RobotConfig(), "camera": CameraConfig(), "scene": usual_scene(experiment)}
-    table["processor"] = ProcessorConfig()
+    table |= {**_apparatus(usual_scene(experiment)), "processor": ProcessorConfig()}
     return table if experiment is None else {**table, "experiment": experiment.design}
+
+
+def _apparatus(scene: SceneConfig) -> dict[str, Any]:
+    return {"robot": RobotConfig(), "camera": CameraConfig(), "scene": scene, "events": EventConfig()}
 
 
 def usual_scene(experiment: Experiment | None) -> SceneConfig:
@@ -99,12 +103,8 @@ def changes(
     The wall of ``pictures`` is no parameter.
     """
     usual = dataclasses.replace(usual_scene(experiment), wall=settings.scene.wall if pictures else "")
-    others = {
-        "robot": (RobotConfig(), settings.robot),
-        "camera": (CameraConfig(), settings.camera),
-        "scene": (usual, settings.scene),
-        "experiment": (declared, experiment.design),
-    }
+    others = {name: (default, getattr(settings, name)) for name, default in _apparatus(usual).items()}
+    others["experiment"] = (declared, experiment.design)
     return {
         key: {label: Path(text).name for label, text in values.items()} if key in FILES else values
         for key, values in differing(settings.models, others=others).items()
@@ -144,6 +144,13 @@ def watchers(
         for section in {model.section for model in shown if hasattr(model.network, "fps")}:
             given[section] = {"fps": fps, **given.get(section, {})}
     return applied(shown, given)
+
+
+def events_of(values: Mapping[str, Any]) -> EventConfig:
+    """Return the settings of an event camera, with those of ``values`` by key that are its own."""
+    own = {key: value for key, value in values.items() if key.startswith("events.")}
+    config: EventConfig = in_sections(own, {"events": EventConfig()})["events"]
+    return config
 
 
 MOST_REPEATS = 10_000

@@ -6,17 +6,21 @@ import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
 
+from colias_sim.config import EventConfig
+from colias_sim.events import LONGEST_SAMPLE_S, EventPixels, Light
 from dsnn.stimuli import SCENES, ClipParams, Jitter, Stimulus, StimulusFrame, Truth
 from dsnn.stimuli.background import PHOTOGRAPH
 from dsnn.stimuli.still import Still, without_object
+from experiments.base.streams import stream
 from experiments.declare.clip import BACKGROUND, Clip, OfflineExperiment
-from experiments.settings.models import ConfiguredModel
+from experiments.settings.models import ConfiguredModel, event_camera
 from experiments.settings.pictures import Pictures, digests
 from experiments.show.play import FRAMES, Controls, Sample, Showing, Trial, most_common
 from experiments.store.tables import COUNTS, JOB, PEAKS, peaks
@@ -71,7 +75,8 @@ class ClipTrial(Trial):
 
     def sources(self) -> Iterable[tuple[str, Any, Sequence[ConfiguredModel]]]:
         """Return the frames of the clip, and all models."""
-        yield "", ClipSource(self.condition, self.condition.build(self.seed), truth=self.truth), self.models
+        events = self.events or event_camera(self.models, EventConfig())
+        yield "", ClipSource(self.condition, self.condition.build(self.seed), self.truth, events), self.models
 
     @property
     def fps(self) -> float:
@@ -92,6 +97,7 @@ def open_clip(clip: Clip, seed: int) -> ClipSource:
 def trials_of(
     experiment: OfflineExperiment, models: tuple[ConfiguredModel, ...], repeats: int, seed: int,
     pictures: Pictures | None = None, *, truth: bool = False, controls: Controls | None = None,
+    events: EventConfig | None = None,
 ) -> tuple[ClipTrial, ...]:  # fmt: skip
     """Return every clip of every repeat. Repeat r has the seed ``seed + r``, and so one scene for all its clips.
 
@@ -105,8 +111,8 @@ def trials_of(
         Number of repeats, and the seed of the first.
     pictures
         Shown in place of the scenes.
-    truth, controls
-        Whether frames have what truly moved, and what is shown beside them: as of a `Trial`.
+    truth, controls, events
+        Whether frames have what truly moved, what is shown beside them, and the event camera: as of a `Trial`.
 
     Returns
     -------
@@ -115,8 +121,8 @@ def trials_of(
     """
     whole = [(repeat, clip) for repeat in range(repeats) for clip in clips_of(experiment.clips, repeat, pictures)]
     return tuple(
-        ClipTrial(experiment.name, index, repeat, seed + repeat, clip, models, truth=truth, controls=controls)
-        for index, (repeat, clip) in enumerate(whole)
+        ClipTrial(experiment.name, index, r, seed + r, clip, models, truth=truth, controls=controls, events=events)
+        for index, (r, clip) in enumerate(whole)
     )
 
 
@@ -128,8 +134,10 @@ def some(clip: Stimulus[ClipParams]) -> range:
 class ClipSource:
     """The frames of a clip, with their truth: motion, and the outline of the object in px."""
 
-    def __init__(self, clip: Clip, stimulus: Stimulus[ClipParams], *, truth: bool = False) -> None:
-        self.clip, self.stimulus, self._truth = clip, stimulus, truth
+    def __init__(
+        self, clip: Clip, stimulus: Stimulus[ClipParams], truth: bool = False, events: EventConfig | None = None
+    ) -> None:
+        self.clip, self.stimulus, self._truth, self._events = clip, stimulus, truth, events
         self.frame_columns = TRUE_FRAMES if truth else FRAMES
         self.fps, self.shape = stimulus.fps, stimulus.shape
 
@@ -137,13 +145,20 @@ class ClipSource:
         return len(self.stimulus)
 
     def __iter__(self) -> Iterator[Sample]:
-        before: list[Mapping[str, Any]] = []
+        eye = EventPixels(self.shape, self._events) if self._events else None
+        names = ("motion", *BOX, *(TRUE if self._truth else ()))
+        if eye:
+            parts = eye.config.samples_per_step * int(np.ceil(1.0 / (self.fps * LONGEST_SAMPLE_S)))
+            eye.restart(self.stimulus[0].luma, 0.0, stream("trial.events", self.stimulus.seed))
         for index, frame in enumerate(self.stimulus):
-            truth, more = truth_of(frame.truth, index, self.fps), TRUE if self._truth else ()
-            before.append(truth)
-            since = {every: _summed(before[-every:], every) for every in range(2, 7)} if self._truth else {}
-            shown = {name: truth[name] for name in ("motion", *BOX, *more)}
-            yield Sample(index / self.fps, frame.luma, shown, since=since)
+            truth = truth_of(frame.truth, index, self.fps)
+            if eye and index:
+                eye.sample(partial(self._light, index - 1), index / self.fps, parts)
+            events = eye.take() if eye else None
+            yield Sample(index / self.fps, frame.luma, {name: truth[name] for name in names}, events=events)
+
+    def _light(self, index: int, share: float) -> Light:
+        return self.stimulus.at(index + share).luma
 
     @contextmanager
     def absent(self) -> Iterator[ClipSource]:
@@ -151,7 +166,7 @@ class ClipSource:
         away, seed = without_object(self.stimulus.params), self.stimulus.seed
         still = Still(replace(self.clip, changes=dict(self.clip.changes) | away, jitter_px=0.0).build(seed))
         trembling = Jitter(still, self.clip.jitter_px, seed) if self.clip.jitter_px else still
-        yield ClipSource(self.clip, trembling, truth=self._truth)
+        yield ClipSource(self.clip, trembling, truth=self._truth, events=self._events)
 
     def columns(self, _truth: pl.DataFrame) -> dict[str, Any]:
         """Return what is shown, as columns of ``trials.parquet``."""
@@ -203,13 +218,6 @@ class ClipSource:
             "peak_target": float(frames["target"].to_numpy().max()),
             "on_target": float(near.mean()) if near.size else None,
         }
-
-
-def _summed(frames: Sequence[Mapping[str, Any]], every: int) -> dict[str, float | None]:
-    """Return flow and interval since the frame that many before: empty where one of them is, or where none was."""
-    whole = len(frames) == every
-    parts = {name: [frame[name] for frame in frames] for name in TRUE if name != "true_time_to_contact_s"}
-    return {name: sum(ones) if whole and None not in ones else None for name, ones in parts.items()}
 
 
 def truth_of(truth: Truth, index: int, fps: float) -> dict[str, Any]:
@@ -267,7 +275,8 @@ def recorded(
     from experiments.show import record as rerun
 
     time_s, numbers = np.array([sample.time_s for sample in samples]), first + np.arange(len(samples))
-    frames = rerun.Frames(time_s, numbers, responses, {"": rerun.jpegs(sample.image for sample in samples)})
+    images, events = {"": rerun.jpegs(sample.image for sample in samples)}, {"": [one.events for one in samples]}
+    frames = rerun.Frames(time_s, numbers, responses, images, events=events)
     there = [sample.truth.get(BOX[0]) is not None for sample in samples]
     if not any(there):
         return frames, []

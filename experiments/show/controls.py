@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from colias_sim.events import Events, joined, replayed
 from dsnn.frames import frozen
 from experiments.base.streams import stream
-from experiments.settings.models import CONTROLS, ConfiguredModel, parse_label
+from experiments.settings.models import CONTROLS, ConfiguredModel
 from experiments.show.play import Sample, Source, most_common
 
 VERTICAL = ("downward", "upward")
@@ -43,8 +44,19 @@ class Replay:
             seen = self._samples[place]
             image = frozen(np.flip(seen.image, axis).copy()) if self._control == "mirrored" else seen.image
             truth = {**seen.truth, **({"time_s": now.time_s} if "time_s" in seen.truth else {})}
-            changes = {parse_label(model).controlled(self._control): values for model, values in now.changes.items()}
-            yield Sample(now.time_s, image, truth, changes, since=seen.since)
+            yield Sample(now.time_s, image, truth, since=seen.since, events=self._events(now, place, axis))
+
+    def _events(self, now: Sample, place: int, axis: int) -> Events | None:
+        """Return the events of the sample at a place, as the control has them now."""
+        backwards, here = self._control == "reversed", self._samples[place]
+        at = place + backwards  # backwards, from the sample after it to this one
+        if here.events is None:
+            return None
+        events = joined(seen.events for seen in self._samples[at : at + (self._control != "frozen")])
+        events = replayed(events, here.time_s, now.time_s, backwards=backwards)
+        if self._control == "mirrored":
+            events["yx"[axis]] = self.shape[axis] - 1 - events["yx"[axis]]
+        return events
 
     def measures(self, model: ConfiguredModel, frames: pl.DataFrame) -> dict[str, Any]:
         """Measure the responses to what was seen, as the source would."""

@@ -24,6 +24,7 @@ from colias_sim.envs.crowd import Seen, Tracks, encounters, played
 from colias_sim.envs.options import FPS, checked
 from colias_sim.envs.senses import Model, Response, build_model
 from colias_sim.envs.swarm import WALL, Swarm, SwarmOptions
+from colias_sim.events import Events
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import CHANNELS, SPIKING
@@ -128,7 +129,7 @@ class Episode:
         Whether it ended by touching something, or by its time; ``None`` where it was left before its end.
     poses
         Robot -> its places; the observer first.
-    wheels, rewards, responses, images
+    wheels, rewards, responses, images, events
         Of each step: left and right as shares of the maximum; the vision model's responses and what it saw, if any.
     infos
         Numeric entry of ``info`` -> its values.
@@ -145,6 +146,7 @@ class Episode:
         self.rewards: list[float] = []
         self.responses: list[Any] = []
         self.images: list[npt.NDArray[np.uint8]] = []
+        self.events: list[Events] = []
         self.infos: dict[str, list[float]] = {}
 
     def add(self, reward: float, info: Mapping[str, Any]) -> None:
@@ -158,6 +160,7 @@ class Episode:
             self.responses.append(env.response)
         if self._images:
             self.images.append(env.luma)
+            self.events.append(env.events)
         for name, value in info.items():
             self.infos.setdefault(name, []).append(float(value))
 
@@ -291,6 +294,7 @@ def record(episode: Episode, title: str = "") -> bytes:
         episode.time_s, np.arange(len(episode.rewards)), responses,
         {"": rerun.jpegs(episode.images)} if camera else {},
         {robot: np.array(way) for robot, way in episode.poses.items()}, plots=plots,
+        events={"": episode.events},
     )  # fmt: skip
     identity = None if title else f"{name}-{env}-{episode.seed}"
     title = title or f"{name} in {env}, seed {episode.seed}"

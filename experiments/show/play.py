@@ -18,14 +18,15 @@ import numpy.typing as npt
 import polars as pl
 from threadpoolctl import threadpool_limits
 
+from colias_sim.config import EventConfig
+from colias_sim.events import Events, joined
 from dsnn import Response, ResponseError, ResponseSeries, checked_response
 from dsnn.frames import frozen
 from dsnn.model import SPIKING
-from experiments.base.errors import TrialError, UsageError, short
+from experiments.base.errors import TrialError
 from experiments.base.streams import stream
 from experiments.base.user_code import traced
-from experiments.settings.models import ConfiguredModel, family, parse_label
-from experiments.settings.settings import in_sections
+from experiments.settings.models import ConfiguredModel, parse_label
 from experiments.store.tables import FRAME, RESPONSES, TrialRecord, recording_of
 
 if TYPE_CHECKING:
@@ -51,21 +52,21 @@ class Sample:
         The frame, (R, C) uint8.
     truth
         What is true of it, by name: poses, the motion shown, the outline of the object.
-    changes
-        Parameters that models have from this frame on: model -> parameter -> text. These models restart from rest.
     pixels
         What each pixel truly shows, where that was asked for.
     since
         What is true instead for a model that takes every n-th frame, of the motion since n frames before: n -> name ->
         value.
+    events
+        The events since the sample before, of an event camera, where there is one.
     """
 
     time_s: float
     image: npt.NDArray[np.uint8]
     truth: Mapping[str, Any]
-    changes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     pixels: Truth | None = None
     since: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
+    events: Events | None = None
 
 
 NO_IMAGE = np.zeros((0, 0), np.uint8)
@@ -137,6 +138,8 @@ class Trial:
         Whether its frames have what truly moved in them. It changes no frame.
     controls
         Shows it to its models again, as controls; ``None``: they see it once.
+    events
+        The settings of an event camera; ``None``: there is one, at its defaults, where a model senses events.
     """
 
     experiment: str
@@ -147,6 +150,7 @@ class Trial:
     models: tuple[ConfiguredModel, ...]
     truth: bool = field(default=False, kw_only=True, repr=False)  # recordings are known by the rest
     controls: Controls | None = field(default=None, kw_only=True, repr=False)
+    events: EventConfig | None = field(default=None, kw_only=True, repr=False)
 
     def sources(self) -> Iterable[tuple[str, Source, Sequence[ConfiguredModel]]]:
         """Open the source of each eye: its name, empty for the only one, and the models that see by it."""
@@ -178,8 +182,6 @@ class ModelRunner:
 
     Attributes
     ----------
-    network
-        The model's parameters as they are now.
     maps
         Whether it is asked for layer maps; only a model whose ``step`` knows this keyword gives them.
     responses
@@ -193,17 +195,19 @@ class ModelRunner:
         Time that the model has taken for its steps.
     trouble
         The traceback of what it raised, or the fault of a response; empty while there is none.
+    unseen
+        The events of the frames since its last step; ``None`` of one without.
     """
 
     def __init__(self, chosen: ConfiguredModel, shape: tuple[int, int], *, keep: bool = True, phase: int = 0) -> None:
         self.chosen, self.label, self.phase = chosen, chosen.label, phase
-        self.network: Any = chosen.network
         self.maps = False
         self.responses: list[Response] = []
         self.pictures: list[npt.NDArray[np.uint8]] = []
         self.errors: list[tuple[float, float]] = []
         self.seconds = 0.0
         self.trouble = ""
+        self.unseen: list[Events | None] = []
         self._shape, self._keep, self._frames = shape, keep, 0
         self._channels = chosen.channels
         model = self._guarded(lambda: chosen.build(shape))
@@ -211,11 +215,6 @@ class ModelRunner:
             self.trouble = self.trouble or f"TypeError: build returned a {type(model).__name__} without step(frame)"
         self._model: Any = model
         self._has_maps = not self.trouble and self._guarded(lambda: _takes_maps(model.step))
-
-    @property
-    def section(self) -> str:
-        """The section of ``--set`` that its parameters are under."""
-        return family(self.label, type(self.network))
 
     @property
     def taken(self) -> slice:
@@ -228,7 +227,7 @@ class ModelRunner:
         Models on processors that take other frames have other states.
         """
         if (other := self._like(others, "READOUT")) is not None:
-            self._model = SimpleNamespace(step=lambda _: other.read(self.network))
+            self._model = SimpleNamespace(step=lambda _: other.read(self.chosen.network))
         elif (other := self._like(others, "AFTER_F")) is not None:
             self._model.follow(other._model)
 
@@ -238,8 +237,8 @@ class ModelRunner:
         names = vars(kind).get(parameters, ())  # a class that inherits them may respond in its own way
         for other in others:
             if names and type(other._model) is kind and other.taken == self.taken:
-                same = {name: getattr(other.network, name) for name in names}
-                if replace(self.network, **same) == other.network:
+                same = {name: getattr(other.chosen.network, name) for name in names}
+                if replace(self.chosen.network, **same) == other.chosen.network:
                     return other
         return None
 
@@ -250,33 +249,13 @@ class ModelRunner:
         answer: Response = self._model.read(params)
         return answer
 
-    def change(self, values: Mapping[str, str]) -> None:
-        """Change parameters, as ``--set`` would; the model restarts with them, and its responses so far stay.
-
-        Parameters
-        ----------
-        values
-            Parameter -> text.
-
-        Raises
-        ------
-        UsageError
-            A value is out of bounds, or there is no such parameter; nothing has changed then.
-        """
-        section = self.section
-        by_key = {f"{section}.{name}": value for name, value in values.items()}
-        self.network = network = in_sections(by_key, {section: self.network})[section]
-        if not self.trouble:
-            declared = self.chosen.declared
-            self._model = self._guarded(lambda: declared.build(self._shape, network))
-
     def see(self, luma: npt.NDArray[np.uint8]) -> Response | None:
         """Return the model's response to the next frame (R, C); ``None`` after an error."""
         if self.trouble:
             return None
-        frame, asked = frozen(luma), self.maps and self._has_maps
+        asked = {"maps": True} if self.maps and self._has_maps else {}
         began = time.perf_counter()
-        answer = self._guarded(lambda: self._model.step(frame, maps=True) if asked else self._model.step(frame))
+        answer = self._guarded(lambda: self._model.step(self._sensed(luma), **asked))
         self.seconds += time.perf_counter() - began
         if self.trouble:
             return None
@@ -298,6 +277,15 @@ class ModelRunner:
         motion = getattr(self._model, "local_motion", None)
         self.errors.append((math.nan, math.nan) if motion is None else truth.errors(motion))
 
+    def _sensed(self, luma: npt.NDArray[np.uint8]) -> npt.NDArray[Any]:
+        """Return what the next step receives: the frame, or the events since the last step."""
+        unseen, self.unseen = self.unseen, []
+        if self.chosen.declared.senses == "frames":
+            return frozen(luma)
+        if any(events is None for events in unseen):
+            raise ResponseError("films and logs have no events: show this model trials or clips")
+        return joined(unseen)
+
     def series(self) -> ResponseSeries | None:
         """Return the model's responses to all frames; ``None`` after an error."""
         return None if self.trouble else ResponseSeries.from_responses(self.responses)
@@ -310,20 +298,6 @@ class ModelRunner:
         except (Exception, SystemExit) as error:
             self.trouble = traced(error)
         return None
-
-
-def change(runners: Iterable[ModelRunner], model: str, values: Mapping[str, str]) -> None:
-    """Change parameters of one of several models, by its label; see `ModelRunner.change`.
-
-    Raises
-    ------
-    UsageError
-        No such model is shown, or a value is out of bounds; nothing has changed then.
-    """
-    runner = next((runner for runner in runners if runner.label == model), None)
-    if runner is None:
-        raise UsageError(f"no model '{short(model)}' is shown")
-    runner.change(values)
 
 
 def _takes_maps(step: Any) -> bool:
@@ -370,8 +344,6 @@ class Showing:
     keep, images
         Whether frames and responses are stored, and with the frames their images: a trial by hand may be endless,
         and a film long.
-    share
-        Whether models share what they can, as they may where no parameter changes on the way.
     seed
         Seed of the trial.
     """
@@ -385,13 +357,12 @@ class Showing:
         *,
         keep: bool = True,
         images: bool = True,
-        share: bool = False,
         seed: int = 0,
     ) -> None:
         self.source: Any = source
         self.eye, self.control, self._keep, self._images = eye, control, keep, images
         self.runners = [ModelRunner(model, source.shape, keep=keep, phase=phase_of(model, seed)) for model in models]
-        for place, runner in enumerate(self.runners if share else ()):
+        for place, runner in enumerate(self.runners):
             runner.share(self.runners[:place])
         self.sample: Sample | None = None
         self.samples: list[Sample] = []
@@ -399,9 +370,9 @@ class Showing:
 
     def __iter__(self) -> Iterator[Sample]:
         for number, sample in enumerate(self.source):
-            for model, values in sample.changes.items():
-                change(self.runners, model, values)
             image = frozen(sample.image)
+            for runner in self.runners:
+                runner.unseen.append(sample.events)
             self.responses = [
                 runner.see(image) if runner.chosen.processor.takes(number, runner.phase) else _held(before)
                 for runner, before in zip(self.runners, self.responses, strict=True)
@@ -466,10 +437,9 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
         Every model raised; it has their tracebacks. Or the trial itself could not be completed.
     """
     showings, seed, stored = [], trial.seed, images or trial.controls is not None
-    share = getattr(trial.condition, "hand", None) is None  # a hand may change parameters on the way
     with one_thread():
         for eye, source, models in trial.sources():
-            showing = Showing(source, models, eye, images=stored, share=share, seed=seed)
+            showing = Showing(source, models, eye, images=stored, seed=seed)
             showing.runners[0].maps = maps and models[0] is trial.models[0]
             for _ in showing:
                 if watch:
@@ -477,7 +447,7 @@ def show(trial: Trial, *, maps: bool = False, images: bool = True, watch: Watch 
             showings.append(showing)
             for control, again in trial.controls(source, showing.samples, seed) if trial.controls else ():
                 labelled = [replace(model, label=parse_label(model.label).controlled(control)) for model in models]
-                showings.append(Showing(again, labelled, eye, control, images=images, share=share, seed=seed))
+                showings.append(Showing(again, labelled, eye, control, images=images, seed=seed))
                 for _ in showings[-1]:
                     pass
     if not any(showing.series() for showing in showings):

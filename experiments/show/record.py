@@ -4,6 +4,7 @@ A recording has these entities, on the timelines ``time`` (a duration) and ``fra
 
     /world/observer, stimulus, ...   pose and looks of robots, in cm; /world/observer/wheels where an agent drives
     /world/observer/camera           the pinhole, its image below it, and the exposure; further eyes camera_<eye>
+    /world/observer/camera/events    the events of a frame as points, where there is an event camera
     /world/observer/camera/truth/... flow, depth and surface: what its pixels truly show, of a run with truth
     /world/arena, /world/path        floor, wall and obstacles; the ways of those that move
     /models/<model>/hs, vs, looming  potentials; also azimuth
@@ -38,6 +39,7 @@ import rerun_bindings
 from rerun.chunk import Chunk
 
 from colias_sim.config import CameraConfig, SceneConfig
+from colias_sim.events import Events, joined
 from colias_sim.obstacles import Obstacle
 from colias_sim.shapes import robot_shapes
 from colias_sim.truth import Truth
@@ -139,6 +141,8 @@ class Content:
         Names of the geoms that pixels show; empty without truth.
     raster
         Heading of the raster of a swarm's potentials; empty without one.
+    events
+        Whether there are events.
     """
 
     models: tuple[RecordedModel, ...] = ()
@@ -153,6 +157,7 @@ class Content:
     noted: bool = False
     surfaces: tuple[str, ...] = ()
     raster: str = ""
+    events: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +182,8 @@ class Frames:
         A model's label, or an eye -> which of the frames it took; others took all.
     truth
         Eye -> what its pixels truly show in each frame, T of them.
+    events
+        Eye -> the events since the frame before, T of them; ``None`` without an event camera.
     """
 
     time_s: Floats
@@ -188,6 +195,7 @@ class Frames:
     plots: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
     taken: Mapping[str, slice] = field(default_factory=dict)
     truth: Mapping[str, Sequence[Truth]] = field(default_factory=dict)
+    events: Mapping[str, Sequence[Events | None]] = field(default_factory=dict)
 
     def times(self, model: str = "", at: slice | npt.NDArray[np.intp] = slice(None)) -> list[rr.TimeColumn]:
         """Return the timelines of the frames that one took, or of some ``at`` of them; of no model, of all."""
@@ -216,7 +224,7 @@ def write(
     about
         What stands in the text beside it, in Markdown.
     """
-    content = replace(content, noted=bool(about))
+    content = replace(content, noted=bool(about), events=any(len(joined(one)) for one in frames.events.values()))
     text = [fixed("about", rr.TextDocument(about, media_type=rr.MediaType.MARKDOWN))] * bool(about)
     chunks = [*static(content), *moving(content, frames), *_paths(frames), *more, *text]
     chunks += [Chunk.from_property(group, values) for group, values in (properties or {}).items()]
@@ -357,6 +365,8 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
             chunks.append(chunk(entity, frames.times(eye), rr.EncodedImage.columns(blob=images)))
     for eye, truths in frames.truth.items():
         chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
+    for eye, events in frames.events.items() if content.events else ():
+        chunks += _points(f"{camera_entity(eye)}/events", events, when)
     for name, images in frames.maps.items():
         first = content.models[0].label
         entity = f"{model_entity(first)}/maps/{name}"
@@ -392,6 +402,15 @@ def strokes(counts: npt.NDArray[Any], edge: float) -> tuple[npt.NDArray[np.int64
     sign, size = np.sign(counts[at]), 0.04 + 0.04 * np.minimum(np.abs(counts[at]), 4)
     heights = np.column_stack([sign * edge, sign * (edge + size), np.full(len(at), np.nan)])
     return np.repeat(at, 3), heights.ravel()
+
+
+def _points(entity: str, events: Sequence[Events | None], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
+    """Return events as points in the colours of brighter and darker pixels."""
+    every = joined(events)
+    tints = np.where(every["polarity"][:, None] > 0, rgb(palette.BRIGHTER), rgb(palette.DARKER)).astype(np.uint8)
+    points = rr.Points2D.columns(positions=np.column_stack([every["x"], every["y"]]) + 0.5, colors=tints)
+    points = points.partition([0 if one is None else len(one) for one in events])
+    return [fixed(entity, rr.Points2D.from_fields(radii=[0.5])), chunk(entity, when, points)]
 
 
 def _truth(entity: str, truths: Sequence[Truth], when: Sequence[rr.TimeColumn]) -> list[Chunk]:
@@ -511,8 +530,10 @@ def views(content: Content) -> list[tuple[float, Any]]:
         name = f"what is seen{', and its true flow' if content.surfaces else ''}{f' ({eye})' if eye else ''}"
         place = f"/{camera_entity(eye)}"
         apart = ("depth", "surface") if content.surfaces else ()
-        contents = ["$origin/**", *(f"- $origin/truth/{part}" for part in apart)]
+        contents = ["$origin/**", "- $origin/events", *(f"- $origin/truth/{part}" for part in apart)]
         top.append((4.0, rrb.Spatial2DView(origin=place, contents=contents, name=name)))
+        if content.events:
+            top.append((4.0, rrb.Spatial2DView(origin=place, contents=["$origin/events"], name="ON yellow, OFF pink")))
         if apart:
             true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
             top.append((3.0, rrb.Vertical(*true)))
@@ -564,7 +585,8 @@ def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
     hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[content.camera is not None :]]
-    hidden += [f"- /{camera_entity(eye)}/truth/**" for eye in content.eyes if content.surfaces]
+    apart = ["truth/**"] * bool(content.surfaces) + ["events"] * content.events
+    hidden += [f"- /{camera_entity(eye)}/{part}" for eye in content.eyes for part in apart]
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot
     return rrb.Spatial3DView(
         origin="/world", contents=["+ /world/**", *hidden], background=(206, 206, 202),

@@ -94,6 +94,7 @@ def frames(showings: Sequence[Showing], responses: dict[str, ResponseSeries]) ->
         {label: taken for showing in showings for label, taken in showing.taken().items()},
         {eye: truths for eye, of_eye in samples.items()
          if (truths := [sample.pixels for sample in of_eye if sample.pixels is not None])},
+        {eye: [sample.events for sample in of_eye] for eye, of_eye in samples.items()},
     )  # fmt: skip
 
 

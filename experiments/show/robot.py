@@ -15,7 +15,7 @@ import numpy as np
 import polars as pl
 
 from colias_sim import OpenLoop, PathFollower, Robot, Schedule, Simulation, Tracker, bearing
-from colias_sim.config import CameraConfig, RobotConfig, SceneConfig
+from colias_sim.config import CameraConfig, EventConfig, RobotConfig, SceneConfig
 from colias_sim.scene import groups_of, hidden
 from colias_sim.simulation import TRIAL_ROBOTS
 from experiments.base.errors import TrialError
@@ -23,7 +23,7 @@ from experiments.base.streams import stream
 from experiments.base.user_code import sha256
 from experiments.declare.conditions import Command, Condition, Hand, RobotName
 from experiments.declare.experiment import Experiment
-from experiments.settings.models import ConfiguredModel, parse_label
+from experiments.settings.models import ConfiguredModel, event_camera, parse_label
 from experiments.settings.settings import Settings
 from experiments.show.course import Course, course, files, measured
 from experiments.show.play import Controls, Sample, Trial, phase_of
@@ -67,6 +67,7 @@ class RobotTrial(Trial):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "models", self.settings.models)
+        object.__setattr__(self, "events", self.events or event_camera(self.models, self.settings.events))
 
     def sources(self) -> Iterator[tuple[str, RobotSource, Sequence[ConfiguredModel]]]:
         """Open the source of each eye, the eye of the first model first: the trial is simulated once for each."""
@@ -90,8 +91,8 @@ def is_random(settings: Settings) -> bool:
     noises = ("shot_noise", "read_noise", "jitter_ms", "drop_probability")
     placing = settings.pose_sd_mm or settings.heading_sd_deg or settings.robot.motor_inequality_sd
     scenery = settings.scene.light_sd or settings.scene.turn_wall
-    skipping = any(model.processor.every > 1 for model in settings.models)
-    return bool(placing or scenery or skipping) or any(getattr(eye, noise) for eye in eyes for noise in noises)
+    own = any(model.processor.every > 1 or model.declared.senses == "events" for model in settings.models)
+    return bool(placing or scenery or own) or any(getattr(eye, noise) for eye in eyes for noise in noises)
 
 
 def trial_seed(seed: int, index: int) -> int:
@@ -125,18 +126,20 @@ _SCENES = _Scenes()
 
 
 def simulation(
-    robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0, *, truth: bool = False
-) -> Simulation:
+    robot: RobotConfig, camera: CameraConfig, scene: SceneConfig, movers: int = 0, *, truth: bool = False,
+    events: EventConfig | None = None,
+) -> Simulation:  # fmt: skip
     """The compiled scene, kept for this thread's next trials with the same settings: compiling costs as much as one.
 
     ``movers`` is the number of robots beside observer and stimulus.
     """
-    scenes, key = _SCENES.simulations, (robot, camera, scene, movers, truth, *map(sha256, map(Path, files(scene))))
+    scenes = _SCENES.simulations
+    key = robot, camera, scene, movers, truth, events, *map(sha256, map(Path, files(scene)))
     if key not in scenes:
         while len(scenes) >= MOST_SCENES:
             scenes.pop(next(iter(scenes))).close()
         further = {f"mover{i}": TRIAL_ROBOTS["stimulus"] for i in range(movers)}
-        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further}, truth=truth)
+        scenes[key] = Simulation(robot, camera, scene, {**TRIAL_ROBOTS, **further}, truth=truth, events=events)
     scenes[key] = scenes.pop(key)  # the one that was used last
     return scenes[key]
 
@@ -182,13 +185,13 @@ class RobotSource:
         self.trial, self._eye, self.fps, self.shape = trial, eye, eye.fps, (eye.height, eye.width)
         self.frame_columns = TRUE_FRAMES if trial.truth else FRAME_SCHEMA
         scene = scene_of(condition, settings)
-        self.sim = simulation(settings.robot, eye, scene, len(condition.movers), truth=trial.truth)
+        self.sim = simulation(settings.robot, eye, scene, len(condition.movers), truth=trial.truth, events=trial.events)
         placing, scenery, self._noise = (
             stream(f"trial.{part}", trial.seed) for part in ("placing", "scenery", "noise")
         )
         self.course, start = course(condition, settings, placing)
         starts = {name: script.route.body(script.route.start) for name, script in self.course.items()}
-        self.sim.reset({**starts, "stimulus": start}, scenery)
+        self.sim.reset({**starts, "stimulus": start}, scenery, events=stream("trial.events", trial.seed))
         hand: Any = condition.hand
         self.drive: Drive | HandDrive = Drive(self.sim, self.course) if hand is None else HandDrive(self.sim, hand)
         self._tracker = Tracker(self.course["stimulus"].route)
@@ -206,8 +209,6 @@ class RobotSource:
             yield self._next()
 
     def _next(self) -> Sample:
-        hand = self.trial.condition.hand
-        changes = hand.changes_at(self.number) if hand else {}
         frame = self.sim.step(self._noise, self.drive)
         darkest, brightest, _, _ = cv2.minMaxLoc(frame.luma)
         self.number += 1
@@ -227,8 +228,9 @@ class RobotSource:
         for name, pose in poses.items():
             truth |= {f"{name}_x_cm": 100 * pose.x, f"{name}_y_cm": 100 * pose.y}
             truth[f"{name}_heading_deg"] = math.degrees(pose.heading)
+        events = self.sim.event_camera.take() if self.sim.event_camera else None
         if not self.trial.truth:
-            return Sample(frame.time, frame.luma, truth, changes)
+            return Sample(frame.time, frame.luma, truth, events=events)
         things = set(self.sim.everyone) - {OBSERVER}
         pixels = {
             every: self.sim.truth(every) for every in {1, *(model.processor.every for model in self.trial.models)}
@@ -237,7 +239,7 @@ class RobotSource:
             every: {name: finite(value) for name, value in shown.columns(things).items()}
             for every, shown in pixels.items()
         }
-        return Sample(frame.time, frame.luma, truth | since[1], changes, pixels[1], since)
+        return Sample(frame.time, frame.luma, truth | since[1], pixels[1], since, events)
 
     @contextmanager
     def absent(self) -> Iterator[RobotSource]:

@@ -11,7 +11,6 @@ from colias_sim.motors import Motors
 
 COLIAS4 = RobotConfig.preset("colias4")
 STEPS = RobotConfig(power_step_cm_s=0.06)
-BENT = dataclasses.replace(STEPS, trim=3, motor_inequality=5.0)
 QUEUE = RobotConfig(command_slot_ms=100.0, serial_ms=2.1)
 
 
@@ -31,22 +30,6 @@ def test_speeds_are_whole_steps():
             assert real / step == pytest.approx(round(real / step), abs=1e-6)
             assert abs(real - min(wanted, 255 * step)) <= step / 2 + 1e-12
     assert STEPS.power_step_cm_s / 2.0 == pytest.approx(0.03), "some 3 % at 2 cm/s"
-
-
-def test_unequal_wheels_drive_a_circle():
-    """Of radius R = track / 2 (v_l + v_r) / (v_r - v_l), left of the way where the right wheel is faster."""
-    step, level = BENT.power_step_cm_s, 100
-    right, left = level * step, (level - BENT.trim + BENT.motor_inequality) * step
-    radius = BENT.track_cm / 2 * (left + right) / (right - left)
-    with alone(BENT) as sim:
-        one, way = sim.robots["one"], 0.0
-        for _ in range(90):
-            before = one.pose
-            sim.advance(lambda _: one.drive((level * step / 100, level * step / 100)))
-            way += 100 * math.hypot(one.pose.x - before.x, one.pose.y - before.y)
-        assert way > 15.0
-        assert 100 * one.pose.y == pytest.approx(radius * (1 - math.cos(way / radius)), rel=0.04)
-        assert one.pose.heading == pytest.approx(way / radius, rel=0.04)
 
 
 def test_a_command_waits_for_a_slot():

@@ -12,7 +12,7 @@ from colias_sim.envs.base import ColiasEnv
 
 NAMES = sorted(ENVS)
 FIXATION = "colias_sim/Fixation-v0"
-SENSES = ("pixels", "neural", "both", "state")
+SENSES = ("pixels", "neural", "both", "state", "events")
 every_env = pytest.mark.parametrize("name", NAMES)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from colias_sim.envs.base import ColiasEnv
 from dsnn import MODELS
 from dsnn.snapshot import Parts, attributes
-from tests.helpers.envs import NAMES, SENSES, fingerprint
+from tests.helpers.envs import NAMES, fingerprint
 
 STEPS = 300
 CAMERAS = ("default", "ov7670", "ov7670-gamma", {"jitter_ms": 1.0, "drop_probability": 0.1}, {"supersample": 2})
@@ -33,7 +33,8 @@ def drawn(seed: int) -> tuple[str, dict[str, Any], int]:
 
     name, camera = NAMES[seed % len(NAMES)], one(CAMERAS)
     options = {
-        "observation": one(SENSES), "camera": camera, "robot": one(ROBOTS), "randomise": one(RANDOMISE),
+        "observation": one(("pixels", "neural", "both", "state")), "camera": camera, "robot": one(ROBOTS),
+        "randomise": one(RANDOMISE),
         "model": one([model for model in MODELS if "reference" not in model]), "actions": one(("wheels", "manoeuvres")),
         "processor": {"every": int(rng.integers(1, 3))}, "truth": seed % 2 == 1,
     }  # fmt: skip

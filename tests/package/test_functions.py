@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from tests.package.test_imports import modules
+from tests.package.test_imports import modules, names, tree
 
 MOST_LINES = 50
 """Lines of a function without its docstring."""
@@ -22,17 +22,6 @@ CHOOSES = "colias_sim.gl"
 """What chooses the renderer when it is imported."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
-
-
-@cache
-def tree(module: str) -> ast.Module:
-    return ast.parse(modules()[module].read_text(encoding="utf-8"))
-
-
-def names(node: ast.Import | ast.ImportFrom) -> Iterator[str]:
-    for alias in node.names:
-        whole = alias.name if isinstance(node, ast.Import) else f"{node.module}.{alias.name}"
-        yield whole if isinstance(node, ast.Import) or whole in modules() else str(node.module)
 
 
 def imports(node: ast.AST, *, lazy: bool, inside: bool = False) -> Iterator[str]:

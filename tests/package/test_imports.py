@@ -28,7 +28,7 @@ On the floor ``experiments`` stand the scripts, ``wiring`` and the face.
 """
 BESIDE = ("dsnn", "colias_sim")
 """Two floors that do not know each other, but for the leaves of ``dsnn`` below both."""
-NAMED = ("KINDS", "EXPERIMENTS", "BEHAVIOURS", "CLAIMS", "STUDIES", "PLANS", "BOARDS")
+NAMED = ("KINDS", "EXPERIMENTS", "BEHAVIOURS", "CLAIMS", "STUDIES", "PLANS")
 """The tables of strings that name modules of ours."""
 WIRING = "experiments.wiring"
 """What `colias_sim` names by a string, for models and arenas that users write."""
@@ -47,9 +47,9 @@ def modules() -> Mapping[str, Path]:
     return {name_of(path): path for path in files()}
 
 
-def statements(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
+def statements(whole: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
     """Every import, those of functions and of type checking too, but not those of a declaration's ``__main__`` tail."""
-    for node in ast.iter_child_nodes(tree):
+    for node in ast.iter_child_nodes(whole):
         if isinstance(node, ast.If) and "__main__" in ast.unparse(node.test):
             continue
         if isinstance(node, ast.Import | ast.ImportFrom):
@@ -59,20 +59,23 @@ def statements(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
 
 
 @cache
+def tree(module: str) -> ast.Module:
+    return ast.parse(modules()[module].read_text(encoding="utf-8"))
+
+
+def names(node: ast.Import | ast.ImportFrom) -> Iterator[str]:
+    """The modules that a statement imports; of a name in one of them, that one."""
+    for alias in node.names:
+        whole = alias.name if isinstance(node, ast.Import) else f"{node.module}.{alias.name}"
+        yield whole if isinstance(node, ast.Import) or whole in modules() else str(node.module)
+
+
+@cache
 def imported(module: str) -> frozenset[str]:
     """The modules of ours that a module imports."""
-    imports: set[str] = set()
-    for node in statements(ast.parse(modules()[module].read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        else:
-            assert node.level == 0, f"{module}: relative imports hide the direction"
-            names = [f"{node.module}.{alias.name}" for alias in node.names]
-        for name in names:
-            known = name if name in modules() else name.rpartition(".")[0]
-            if known in modules():
-                imports.add(known)
-    return frozenset(imports - {module})
+    found = list(statements(tree(module)))
+    assert not any(node.level for node in found if isinstance(node, ast.ImportFrom)), f"{module}: relative imports"
+    return frozenset(name for node in found for name in names(node) if name in modules()) - {module}
 
 
 def test_no_module_comes_back_to_itself():
@@ -135,9 +138,8 @@ def test_contributing_names_the_floors_in_their_order_and_where_things_are_added
 
 def strings(module: str) -> Iterator[str]:
     """Every string of a module that names a module of ours, with its attribute or without; docstrings are none."""
-    tree = ast.parse(modules()[module].read_text(encoding="utf-8"))
-    prose = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    for node in ast.walk(tree):
+    prose = {id(node.value) for node in ast.walk(tree(module)) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree(module)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in prose:
             name = re.fullmatch(r"([a-z_]+(?:\.[a-z_0-9]+)+)(?::[A-Za-z_]+)?", node.value)
             if name and name[1] in modules():
@@ -179,7 +181,7 @@ OF_LIBRARIES = {"experiments.show.play": {"kind"}, "experiments.live.page": {"ki
 
 def asks(module: str) -> Iterator[str]:
     """Where a module compares, matches or looks up the kind of a run, or asks what a declaration is an instance of."""
-    for node in ast.walk(ast.parse(modules()[module].read_text(encoding="utf-8"))):
+    for node in ast.walk(tree(module)):
         if isinstance(node, ast.Compare):
             inside = [node.left, *node.comparators]
         elif isinstance(node, ast.Match):

@@ -130,10 +130,12 @@ def test_a_reproduction_is_taken_over(tmp_path):
     held = Outcome("holds", "m")
     counts = [{"eye": eye, "wheels": wheels, "claim": "C14", **count_columns(Count(n, 20 - n))}
               for (eye, wheels), n in zip(CELLS, (20, 20, 0, 0), strict=True)]  # fmt: skip
+    few = {"eye": "other", "wheels": "open loop", "claim": "C14", **count_columns(Count(5, 0))}
+    study = {"study": "fidelity", "axes": {"eye": [], "wheels": []}, "replicates": 20, "counts": [*counts, few]}
     files = {
         "design": {"seed": 3, "scale": {"episodes": 2}, "digest": "d", "versions": {"numpy": "2"}},
         "claims": document([verdict_of(find_claim("C14", "robot"), [held] * 40)]), "behaviours": document([]),
-        "fidelity/fidelity": {"study": "fidelity", "counts": counts},
+        "fidelity/fidelity": study,
         "fidelity/run": {"source": {"commit": "abc123", "dirty": False}},
     }  # fmt: skip
     for name, value in files.items():
@@ -148,5 +150,6 @@ def test_a_reproduction_is_taken_over(tmp_path):
     tool.main(["reproduction", str(folder)], tmp_path)
     results = read(tmp_path / RESULTS)
     assert results["eyes"]["commit"] == "abc123", "the study of cameras stays"
+    assert {row["eye"] for row in results["eyes"]["counts"]} == {eye for eye, _ in CELLS}, "of all replicates alone"
     assert [(one.holds, one.fails) for one in tool.counts(results)["C14"]] == [(40, 0), (20, 0), (0, 20), (0, 20)]
     assert [(score["behaviour"], float(score["value"])) for score in results["scores"]] == [("still", 0.25)]

@@ -12,9 +12,9 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
-from tools.pages import commands, envs, experiments, models, playground, scenes, stimuli
+from tools.pages import benchmark, commands, envs, experiments, models, playground, scenes, stimuli
 
-WRITERS = (commands, models, stimuli, scenes, experiments, envs, playground)
+WRITERS = (commands, models, stimuli, scenes, experiments, envs, benchmark, playground)
 _LOGGER = logging.getLogger(__name__)
 
 

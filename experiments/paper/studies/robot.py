@@ -4,7 +4,6 @@ from typing import Any
 
 import polars as pl
 
-from colias_sim.registers import GAMMA_VENDOR
 from experiments import Study
 from experiments.paper.studies.onboard import BEST, CLAIMS, probe_of
 
@@ -36,35 +35,6 @@ FIDELITY = Study(
     models=(),  # those that each claim is about
 )
 """The claims about the robot with the model of its eye, and with its wheels; not those of speeds beyond these."""
-
-# No source says whether the robot's gamma curve was on, where its exposure loop meters, which mean grey it aimed at,
-# how its lens falls off, or how bright its arena was. More light would shorten an exposure of 3 ms, whose motion blur
-# is hardly seen. A tenth lengthens it to some 29 ms: by 2 renders of it in 4 bands of rows, not 8 in 6, HS of crossings
-# at 4 to 10 cm/s differs by 0.006 rms and spikes by one at most, in a quarter of the time.
-LIGHTS = {"1": (), "0.1": ("scene.light=0.1", "camera.exposure_samples=2", "camera.row_bands=4")}
-TARGETS = {f"{target}": (f"camera.ae_target={target}",) for target in (60, 108, 150)}
-"""Mean grey that the exposure loop aims at: darker than after a reset, as after a reset, and brighter."""
-METERED = "camera.preset=ov7670-gamma-metered"
-RANGE = {
-    "default": ("camera.preset=default", "camera.ae_target=108", "camera.exposure_samples=1", "camera.row_bands=6"),
-    "ov7670": (OV7670,),
-    "ov7670, falloff": (OV7670, "camera.vignetting=4"),
-    "gamma, metered": (METERED,),
-    "gamma, not metered": ("camera.preset=ov7670-gamma",),
-    "steep gamma, metered": (METERED, f"camera.gamma_points={','.join(map(str, GAMMA_VENDOR))}"),
-}
-"""The default eye has no loop, so one target is enough, and one render of all rows. The others are ``ov7670`` with a
-lens that falls off as the cosine to the fourth, with the sensor's gamma curve after a reset, or with the vendor's
-steeper one. A loop that meters the curve sees its luma, another the light before it."""
-EYE_RANGE = Study(
-    name="eye-range",
-    summary="C13 to C20 over gamma, metering, falloff, exposure target and light, beside the eyes default and ov7670",
-    claims=CLAIMS,
-    axes={"light": LIGHTS, "target": TARGETS, "eye": RANGE},
-    repeats=5,
-    replicates=2,
-)
-"""C13 to C20 under the range of what is not known about the robot's eye and its light, beside the two fixed eyes."""
 
 NETWORK = {
     "N_p = 0": "n_p=0",

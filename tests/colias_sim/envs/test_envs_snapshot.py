@@ -5,7 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -44,7 +43,7 @@ def test_six_drawn_envs_go_on_to_the_bit(tmp_path):
 
 REST = {
     "Simulation": "model data scene camera_config obstacles everyone _queuing frame_interval _steps _command_steps"
-    " command_interval _lamps _wall_quat eye_of _kind _robot _variants",
+    " command_interval _lamps _wall_quat eye_of _kind _robot _variants event_camera",
     "Robot": "name config _data _radius _track _forces _qpos _qvel _left _right",
     "ParkedRobot": "name _pos _quat",
     "Motors": "_config _step",
@@ -203,15 +202,6 @@ def test_a_copy_has_its_own_texture_in_the_shared_context():
     assert (twin.step([0.0, 0.0])[0] == after).all()
     assert (twin.render() != picture).any()
     twin.close()
-
-
-def test_vector_envs_and_wrappers_pass_the_call_on():
-    envs = gym.make_vec(FIXATION, 2, vectorization_mode="sync", observation="state")
-    envs.reset(seed=3)
-    alone = bare(FIXATION, observation="state")
-    alone.set_state(envs.call("get_state")[1])
-    assert alone.step([0.5, -0.5])[0].tolist() == envs.step(np.full((2, 2), [0.5, -0.5]))[0][1].tolist()
-    envs.close()
 
 
 def test_a_state_beside_the_own_eye_is_small():

@@ -31,13 +31,15 @@ def test_the_wall_is_what_moves_where_no_robot_drives_whatever_the_tilt():
 
     Over the view the flow is 1 + tan^2 of the angle times that on the axis, 1.163 in the mean, and the lens is ahead.
     """
-    env = bare("colias_sim/Optomotor-v0", truth=True, randomise={"tilt": (-3.0, 3.0)})
+    rate = {"slowest_deg_s": 50.0, "fastest_deg_s": 50.0}
+    env = bare("colias_sim/Optomotor-v0", truth=True, randomise={"tilt": (-3.0, 3.0)}, **rate)
     env.reset(seed=1)
     for _ in range(4):
         *_, info = env.step([0.0, 0.0])
     assert info["true_flow_x"] == pytest.approx(
         70.7 * 1.163 * 0.45 / 0.43 * math.radians(info["slip_deg_s"]) / 30, rel=0.05
     )
+    assert abs(info["slip_deg_s"]) == pytest.approx(abs(info["drift_deg_s"]), abs=0.1) == pytest.approx(50.0, abs=0.1)
     assert np.nanmax(np.abs(env.truth().flow[env.truth().mask(["floor"])])) < 0.01
 
 

@@ -1,6 +1,7 @@
 """The law of what was asked: for every kind, the plan of what was stored gives equal trials in a fresh process."""
 
 import importlib.util
+import inspect
 import json
 import subprocess
 import sys
@@ -35,9 +36,15 @@ def asked_of_every_kind(folder):
         "sweep": Asked(kind="sweep", what=("general",), repeats=1, seed=1, options={"over": ["dsnn.t_sp=0.1,0.2"]}),
         "fit": Asked(kind="fit", what=("general",), options={"over": ["dsnn.t_sp=0.1..0.3"], "claims": ["C14"]}),
         "training": Asked(kind="training", what=("Fixation",), values={"robot": "colias4"}, options={"seeds": 2}),
+        "benchmark": Asked(kind="benchmark", models=(str(model),), only=True, options={"round": "a beacon"}),
         "leaderboard": Asked(kind="leaderboard", repeats=1, **with_own),
         "reproduction": Asked(kind="reproduction", seed=4, options={"scale": "quick", "robot_only": True}),
     }  # fmt: skip
+
+
+def named(value):
+    """What JSON has for a value; a function is its name, in any process."""
+    return value.__qualname__ if inspect.isfunction(value) else plain(value)
 
 
 def trials_of(plan):
@@ -56,7 +63,7 @@ def trials_of(plan):
             shown = plan.trials
     parts = {name: trials_of(part) for name, part in plan.parts.items()}
     document = {name: value for name, value in plan.document().items() if name != "code"}
-    return json.loads(json.dumps([shown, document, parts], default=plain))
+    return json.loads(json.dumps([shown, document, parts], default=named))
 
 
 FRESH = """

@@ -18,7 +18,7 @@ from experiments import Study
 from experiments.base.errors import UsageError
 from experiments.cli import main
 from experiments.declare.study import TOGETHER
-from experiments.draw.sweep import draw, finding
+from experiments.draw.sweep import best, draw, finding
 from experiments.judge.sweep import read
 from experiments.judge.verdict import Count, count_of
 from experiments.kinds import registry, sweep_plan
@@ -131,7 +131,9 @@ def test_a_figure_has_the_table_s_numbers_at_the_levels_that_its_ticks_name(kind
             row = {"claim": claim, "holds": held, "fails": 0, "unknown constants": 0, "not shown": 5 - held}
             row |= {"low": held / 10, "high": held / 10 + 0.5}
             counts.append(point | row | ({"holds": 0, "unknown constants": held} if claim == "C14" else {}))
-            at = ("", claim, f"{x}, {y}, {model}") if kind == "named" else (f"- ({claim}), {model}", f"{x:g}", level)
+            at = (f"- ({claim}), {model}", f"{x:g}", level)
+            if kind == "named":
+                at = ("", f"- ({claim})", f"{x:g}, {y:g}, {model}")
             text = f"{held}/5{'h' * (claim == 'C14')}" if held else "-"
             expected[at] = held / 5 if held else math.nan, text if flat else pytest.approx((row["low"], row["high"]))
         for measure in () if kind == "named" else ("peak: dark", "peak: light"):
@@ -315,6 +317,25 @@ def test_a_title_counts_the_cells_in_which_all_claims_hold(together, numbers):
     rows = [(what, True, "dsnn", share) for what, column in shares.items() for share in column]
     cells = pl.DataFrame(rows, ["what", "judged", "model", "value"], orient="row")
     assert [int(number) for number in re.findall(r"\d+", finding(cells))] == numbers
+
+
+def test_a_map_is_cut_at_a_level_and_says_where_most_claims_hold_in_every_replicate():
+    held = {("off", "30"): (0, 5), ("off", "15"): (4, 5), ("on", "30"): (5, 3), ("on", "15"): (5, 5)}
+    counts = [
+        {"gamma": gamma, "steps": float(steps), "model": "dsnn", "claim": claim, "low": 0.0, "high": 1.0,
+         "holds": k, "fails": 5 - k}
+        for (gamma, steps), each in held.items() for claim, k in zip(("C15", "C16"), each, strict=True)
+    ]  # fmt: skip
+    figure = draw({"axes": {"gamma": ["off", "on"], "steps": ["30", "15"]}, "named": True, "summary": "", "seed": 0,
+                   "replicates": 5, "titles": {}, "counts": counts, "numbers": []}, at={"gamma": "on"})  # fmt: skip
+    (panel,) = figure.axes
+    rows = [label.get_text() for label in panel.get_yticklabels()]
+    shown = {(rows[y], x): text.get_text() for text in panel.texts for x, y in (text.xy,)}
+    assert shown == {("30", 0): "5/5", ("30", 1): "3/5", ("15", 0): "5/5", ("15", 1): "5/5"}
+    cells = pl.DataFrame({"point": [*"abab"], "what": ["C15"] * 2 + ["C16"] * 2, "judged": True,
+                          "value": [1.0, 0.8, math.nan, 1.0]})  # fmt: skip
+    assert re.findall(r"[ab]\b|\d", best(cells)) == ["1", "2", "2", "2", "a", "b"]
+    assert re.findall(r"\b[ab]\b|\d", best(cells.filter(point="a"))) == ["1", "2", "a"]
 
 
 def test_a_sweep_of_measures_alone_has_no_outcomes(tmp_path):

@@ -114,10 +114,9 @@ def test_a_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         tab.until(f"{thumb} != undefined")
         tab.ask(f"{thumb}.focus()")
         tab.press("ArrowRight")
-        until(lambda: session.values)
-        (text,) = session.values["dsnn"].values()
-        assert list(session.values["dsnn"]) == ["t_sp"] and float(text) > limit
-        assert session.runners[0].network.t_sp == float(text)
+        until(lambda: session.settings)
+        ((key, text),) = session.settings.items()
+        assert key == "dsnn.t_sp" and session.runners[0].chosen.threshold == float(text) > limit
         tab.press("c")
         until(lambda: list(tmp_path.glob("runs/live-*/summary.csv")) and session.trial.number > 3)
         tab.press("J", shift=True)

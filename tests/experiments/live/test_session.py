@@ -29,9 +29,9 @@ def hs(session: Session, frames: int, channel: str = "hs") -> list[float]:
 def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path: Path):
     arena = written(tmp_path, pillar(0.18, 0.0))
     session = Session(["dsnn", "emd"], {"scene.light": "0.8", "scene.arena": str(arena)}, seed=3)
+    session.set("dsnn.w_i", "0.3")
     session.drive("stimulus", 1.0)
     seen = hs(session, 40)
-    session.change("dsnn", "w_i", "0.3")
     session.drive("observer", 0.2, 15.0)
     seen += hs(session, 30)
     session.drive("stimulus", -0.5, 20.0)
@@ -47,44 +47,29 @@ def test_a_recording_is_the_visit_bit_for_bit_and_so_is_its_repetition(tmp_path:
     assert other.frames["hs"].to_list() != seen[:40]
 
 
-def test_rightward_passes_t_and_leftward_minus_t_and_a_changed_parameter_comes_back():
+def test_a_parameter_begins_a_trial_where_robots_drive_on_and_comes_back():
     session = Session(["dsnn"])
 
-    def drive(power):
-        session.drive("stimulus", power)
+    def responses():
         return zip(*((hs(session, 1)[0], session.responses["dsnn"].hs_spikes) for _ in range(75)), strict=True)
 
-    session.change("dsnn", "t_sp", "0.9")
     assert max(map(abs, hs(session, 20))) < T  # nothing moves
-    there, spikes = drive(1.0)
+    session.drive("stimulus", 1.0)
+    session.set("dsnn.t_sp", "0.9")
+    assert session.number == 0
+    there, spikes = responses()
     assert max(there) > T and min(there) > -T and not any(spikes)
+    session.drive("stimulus", -1.0)
     session.reset_parameters()
-    back, spikes = drive(-1.0)
+    back, spikes = responses()
     assert min(back) < -T and min(spikes) < 0
-
-
-def test_a_changed_parameter_leaves_those_that_were_changed_before():
-    """So the model answers as one that was built with all of them, in whatever order they were changed."""
-
-    def answers(model: str, *changes: tuple[str, str]) -> list[tuple[float, int]]:
-        session = Session([model])
-        for name, text in changes:
-            session.change(model, name, text)
-        session.drive("stimulus", 1.0)
-        return [(one.hs, one.hs_spikes) for _ in range(75) if session.step() and (one := session.responses[model])]
-
-    one, other = ("w_i", "0.3"), ("t_sp", "0.05")
-    built = answers("dsnn:w_i=0.3,t_sp=0.05")
-    assert answers("dsnn", one, other) == answers("dsnn", other, one) == built
-    assert built not in (answers("dsnn", one), answers("dsnn", other))
 
 
 @pytest.mark.parametrize(
     "refused",
     [
-        lambda s: s.change("dsnn", "w_i", "nan"),
-        lambda s: s.change("dsnn", "no_such", "1"),
-        lambda s: s.change("../etc", "w_i", "1"),
+        lambda s: s.set("dsnn.w_i", "nan"),
+        lambda s: s.set("dsnn.no_such", "1"),
         lambda s: s.set("scene.light", "1e9"),
         lambda s: s.set("no.such", "1"),
     ],
@@ -96,7 +81,7 @@ def test_what_is_refused_changes_nothing(refused):
     trial, hand, settings = session.trial, session.hand(), dict(session.settings)
     with pytest.raises(UsageError):
         refused(session)
-    assert (session.trial, session.hand(), session.settings, session.values) == (trial, hand, settings, {})
+    assert (session.trial, session.hand(), session.settings) == (trial, hand, settings)
 
 
 def test_robots_stop_before_the_wall_and_before_each_other():

@@ -1,6 +1,6 @@
 """Models timed side by side."""
 
-from experiments.paper.boards import ROUNDS, time_models
+from experiments.paper.benchmark.entry import ROUNDS, time_models
 from experiments.settings.models import choose
 from tests.helpers import user_files
 

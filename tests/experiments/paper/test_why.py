@@ -3,11 +3,9 @@
 import dataclasses
 
 import pytest
-from scipy.stats import binomtest
 
 from experiments.judge.judge import judge
 from experiments.judge.sweep import read
-from experiments.judge.tests import mcnemar
 from experiments.kinds import sweep
 from experiments.kinds.registry import find_claim
 from experiments.paper.studies import why
@@ -50,12 +48,6 @@ def test_c15_leftward_is_c15_of_the_mirrored_crossings():
     c15 = find_claim("C15", "robot")
     assert judge(why.C15_LEFT, left, 0.2).checks == judge(c15, right, 0.2).checks
     assert judge(why.C15_LEFT, left, 0.2).verdict == "holds" != judge(why.C15_LEFT, flat + right, 0.2).verdict
-
-
-@pytest.mark.parametrize(("first", "second"), [(0, 0), (5, 0), (3, 9), (7, 7), (1, 19)])
-def test_mcnemar_is_the_exact_test_of_the_pairs_that_differ(first, second):
-    n = first + second
-    assert mcnemar(first, second) == pytest.approx(binomtest(first, n).pvalue if n else 1.0)
 
 
 def test_cells_are_compared_in_pairs_of_replicates():

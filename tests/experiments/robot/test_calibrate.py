@@ -11,9 +11,16 @@ import numpy as np
 import pytest
 
 from colias_sim import CameraConfig, Pose, Simulation
-from colias_sim.calibrate import control_zone, exposure_loop, noise_levels, photon_transfer, row_time_us, unsteadiness
+from colias_sim.calibrate import (
+    control_zone,
+    exposure_loop,
+    leaning,
+    noise_levels,
+    photon_transfer,
+    row_time_us,
+    unsteadiness,
+)
 from experiments.cli import main
-from experiments.robot.calibrate import leaning
 from experiments.store.recordings import write_pictures
 from tests.colias_sim.views import AWAY, LENS, PLAIN, ROLLING, STILL, crossing
 

@@ -69,11 +69,6 @@ def clip_trial(clip):
     return trials_of(OfflineExperiment("e", "of the tests", [clip], ("emd",)), watchers(("emd",)), 1, 0)[0]
 
 
-def test_frozen_of_a_still_clip_is_the_clip():
-    samples, again = controls_of(Clip("still", "grating", {"rows": 40, "columns": 56, "temporal_hz": 0.0}))
-    np.testing.assert_array_equal(images(again["frozen"]), images(samples))
-
-
 def test_a_trembling_camera_trembles_when_the_object_is_away_and_the_background_stands():
     clip = Clip("c", "cluttered", {**SMALL, "motion": "rightward", "background_speed": -30.0}, jitter_px=0.5)
     samples, again = controls_of(clip)

@@ -24,15 +24,6 @@ def alone(*changes):
     return Played(spec)
 
 
-def test_each_eye_answers_as_in_a_run_with_that_camera_alone(seen):
-    default, true = seen.answers
-    assert (default.model, true.model) == ("dsnn", "dsnn@ov7670")
-    for answer, single in ((default, alone()), (true, alone("camera.preset=ov7670"))):
-        assert np.array_equal(answer.series.hs, single.answers[0].series.hs)
-        assert np.array_equal(seen.columns.stimulus_x_cm, single.columns.stimulus_x_cm)
-    assert not np.array_equal(default.series.hs, true.series.hs)
-
-
 def test_the_recording_shows_what_each_eye_saw_through_its_lens_and_what_its_model_counted(seen, tmp_path):
     (tmp_path / "both.rrd").write_bytes(seen.recording)
     held, true = columns(tmp_path / "both.rrd"), alone("camera.preset=ov7670")

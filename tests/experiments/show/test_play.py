@@ -9,7 +9,7 @@ from dsnn import DSNN
 from experiments.declare.conditions import Condition, Hand
 from experiments.declare.experiment import visit
 from experiments.kinds import episodes as behave
-from experiments.paper import boards as leaderboard
+from experiments.paper.benchmark import entry as benchmark
 from experiments.settings.settings import watchers
 from experiments.show.play import play
 from experiments.store.asked import Asked
@@ -25,7 +25,6 @@ SHOWN = (
 )
 COMMANDS = ((0, "stimulus", 9.0, 0.0),)
 STEADY = Hand(40, (8.0, 5.0, -90.0), (0.0, 0.0, 0.0), COMMANDS)
-HAND = replace(STEADY, changes=((20, "dsnn", "n_con", "3"),))
 
 
 def by_hand(hand):
@@ -33,26 +32,23 @@ def by_hand(hand):
 
 
 CROSSING = Condition("translation", "rightward", 35.0, 8.0)
-CASES = {"a crossing": (CROSSING, CROSSING, 2, 1), "changed by hand": (by_hand(HAND), by_hand(STEADY), 4, 0)}
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(case, monkeypatch):
-    """They share what does not differ, unless a parameter changes on the way."""
-    shown, alone, networks, followers = CASES[case]
+def test_models_that_share_a_network_or_its_front_respond_as_if_each_was_alone(monkeypatch):
+    """They share what does not differ."""
     respond, follow, steps, follows = DSNN._respond, DSNN.follow, [], []
     monkeypatch.setattr(DSNN, "_respond", lambda *given: steps.append(1) or respond(*given))
     monkeypatch.setattr(DSNN, "follow", lambda *given: follows.append(1) or follow(*given))
 
-    def responses(condition, *models):
-        frames = play(trial_of(condition, models=models)).frames
+    def responses(*models):
+        frames = play(trial_of(CROSSING, models=models)).frames
         return {model.label: frames.filter(model=model.label) for model in models}
 
     models = watchers(SHOWN)
-    together = responses(shown, *models)
-    assert (len(steps), len(follows)) == (networks * together["dsnn"].height, followers)
+    together = responses(*models)
+    assert (len(steps), len(follows)) == (2 * together["dsnn"].height, 1)
     for model in models[1:]:
-        assert together[model.label].equals(responses(alone, model)[model.label]), model.label
+        assert together[model.label].equals(responses(model)[model.label]), model.label
 
 
 def trial():
@@ -66,7 +62,7 @@ def episode():
 
 
 def costs():
-    return leaderboard.time_models(watchers(("emd",)), (24, 32))
+    return benchmark.time_models(watchers(("emd",)), (24, 32))
 
 
 @pytest.mark.parametrize("work", [trial, episode, costs])

@@ -9,11 +9,9 @@ import pytest
 from colias_sim import CameraConfig, SceneConfig
 from colias_sim.config import ProcessorConfig
 from experiments.base.errors import UsageError
-from experiments.declare.clip import Clip
 from experiments.declare.conditions import Condition
 from experiments.live.session import Session
 from experiments.settings.models import choose, rate_notes
-from experiments.show.clips import ClipTrial
 from experiments.show.robot import is_random
 from tests.experiments.kinds.test_sweep import planned as swept
 from tests.experiments.show.test_trial import trial_of
@@ -82,16 +80,13 @@ def test_rows_are_of_frames_taken_and_quotients_have_their_rate(stored, tmp_path
 
 
 def test_what_truly_moved_is_since_the_frame_seen_before(stored):
-    """Intervals of three frames are the sums of the three; so are those of a clip, and its flow."""
-    shown = dataclasses.replace(trial(model(), model(3), eye=stored[0]), truth=True)
-    clip = ClipTrial("test", 0, 0, 0, Clip("edge", "cluttered"), (model(), model(3)), truth=True)
-    for played, names in ((Played(shown), ["true_interval_ms"]), (Played(clip), ["true_interval_ms", "true_flow_x"])):
-        each, third = (played.record.frames.filter(model=f"every {every}") for every in (1, 3))
-        sums = each.select("frame", *(pl.col(name).rolling_sum(3) for name in names))
-        both = third.select("frame", *names).drop_nulls().join(sums, "frame")
-        assert both.height > 5
-        for name in names:
-            np.testing.assert_allclose(both[name], both[f"{name}_right"])
+    """Intervals of three frames are the sums of the three."""
+    played = Played(dataclasses.replace(trial(model(), model(3), eye=stored[0]), truth=True))
+    each, third = (played.record.frames.filter(model=f"every {every}") for every in (1, 3))
+    sums = each.select("frame", pl.col("true_interval_ms").rolling_sum(3))
+    both = third.select("frame", "true_interval_ms").drop_nulls().join(sums, "frame")
+    assert both.height > 5
+    np.testing.assert_allclose(both["true_interval_ms"], both["true_interval_ms_right"])
 
 
 def test_each_trial_draws_its_phase_where_frames_are_skipped():

@@ -79,21 +79,6 @@ def test_strokes_stand_beyond_the_potentials_at_the_frames_that_spike_on_the_sid
                 np.argsort(np.abs(counts[spiking]), kind="stable")).all(), "more spikes, a longer stroke"  # fmt: skip
 
 
-def test_an_episode_has_a_lane_for_each_channel_and_no_plot_a_legend():
-    model = record.RecordedModel("hybrid", ("hs", "vs", "looming", "azimuth"), (*BOTH, ("looming", 0.7)))
-    reward = (("reward", ("one", "two"), "terms"),)
-    rows = [view for _, view in record.views(record.Content((model,), above=True, plots=reward))]
-    root = f"/{record.model_entity('hybrid')}"
-    assert [view.origin for view in rows] == [
-        f"{root}/hs",
-        f"{root}/vs",
-        f"{root}/looming",
-        f"{root}/azimuth",
-        "/reward",
-    ]
-    assert "one teal, two pink" in rows[-1].name and "HS blue" in rows[0].name
-
-
 def test_a_channel_has_its_hue_in_every_model(tmp_path):
     held = columns(written(tmp_path / "a.rrd"), static=True)
     for model in CONTENT.models:

@@ -12,7 +12,7 @@ from colias_sim import CameraConfig, Pose, RobotConfig, SceneConfig, Simulation
 from colias_sim.truth import COLUMNS
 from dsnn.model import MAP_SCALES
 from experiments.declare.conditions import Condition, Hand
-from experiments.declare.experiment import Angular, Egomotion, Experiment, Translation, visit
+from experiments.declare.experiment import Angular, Experiment, Translation, visit
 from experiments.settings.models import choose
 from experiments.settings.settings import Settings
 from experiments.show import course, robot
@@ -53,10 +53,6 @@ def test_truth_adds_columns_of_what_is_in_view_and_changes_nothing():
     assert frames.drop(*COLUMNS, *ERRORS).equals(plain.record.frames)
     rightward, bearing = frames["true_flow_x"].to_numpy(), frames["stimulus_bearing_deg"].to_numpy()
     assert np.isnan(rightward[np.abs(bearing) > 60]).all() and (rightward[np.abs(bearing) < 25] > 2).all()
-    near = int(np.abs(bearing).argmin())
-    width = 2 * math.degrees(math.asin(2.0 / plain.columns.stimulus_x_cm[near : near + 1].item()))
-    assert frames["true_width_deg"][near] == pytest.approx(width, rel=0.35)  # about: the lens is ahead of the middle
-    assert frames["true_interval_ms"].to_list()[1:] == pytest.approx([1000 / 30] * (frames.height - 1))
 
 
 def test_a_models_local_motion_is_compared_with_the_flow_of_every_frame():
@@ -159,23 +155,6 @@ def test_mirrored_angles_mirror_the_image():
     ways = {-30: "rightward", -15: "rightward", 0: "straight", 15: "leftward", 30: "leftward"}
     assert {c.angle_deg: c.direction for c in Angular("approach").conditions()} == ways
     assert {-c.angle_deg: c.direction for c in Angular("recession").conditions()} == ways
-    left, right = depth_trial("approach", -30.0).answers[0], depth_trial("approach", 30.0).answers[0]
-    assert left.peak_hs > 0.2 > -left.trough_hs
-    assert -right.trough_hs > 0.2 > right.peak_hs
-
-
-def test_the_observer_moves_as_told():
-    """Turning 10 degrees/s, driving 1 cm/s; in mid-crossing it is where it stands otherwise."""
-    turning, driving = (c for c in Egomotion(turns_deg_s=(10.0,), drives_cm_s=(1.0,)).conditions())
-    turned, driven = (Played(trial_of(condition)).columns for condition in (turning, driving))
-    rate = np.polyfit(turned.time_s[5:], turned.observer_heading_deg[5:], 1)[0]
-    speed = np.polyfit(driven.time_s[5:], driven.observer_x_cm[5:], 1)[0]
-    assert rate == pytest.approx(10.0, rel=0.05)
-    assert speed == pytest.approx(1.0, rel=0.05)
-    for columns in (turned, driven):
-        middle = int(np.argmin(np.abs(columns.stimulus_y_cm)))
-        assert columns.observer_heading_deg[middle] == pytest.approx(0.0, abs=1.0)
-        assert columns.observer_x_cm[middle] == pytest.approx(0.0, abs=0.1)
 
 
 @pytest.mark.parametrize(
@@ -191,6 +170,9 @@ def test_a_crossing_is_out_of_a_moving_observer_s_view_at_both_ends(direction, d
     )
     result = Played(trial_of(condition))
     columns = result.columns
+    middle = int(np.argmin(np.abs(columns.stimulus_y_cm)))
+    assert columns.observer_heading_deg[middle] == pytest.approx(0.0, abs=1.0), "in mid-crossing as it stands otherwise"
+    assert columns.observer_x_cm[middle] == pytest.approx(0.0, abs=0.1)
     ahead = CameraConfig().forward_cm * np.exp(1j * np.radians(columns.observer_heading_deg))
     lens = columns.observer_x_cm + 1j * columns.observer_y_cm + ahead
     distance = np.abs(columns.stimulus_x_cm + 1j * columns.stimulus_y_cm - lens)

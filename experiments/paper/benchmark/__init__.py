@@ -1,0 +1,1 @@
+"""The open benchmark: its frozen tasks, its scores, entries and their verification."""
