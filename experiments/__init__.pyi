@@ -1,12 +1,7 @@
 """The public names and where they are defined: read by ``__init__.py`` at run time, by type checkers and by editors."""
 
 from .base.errors import UsageError as UsageError
-from .declare.behaviour import (
-    Behaviour as Behaviour,
-    Scenario as Scenario,
-    SwarmDesign as SwarmDesign,
-    Wheels as Wheels,
-)
+from .declare.behaviour import Behaviour as Behaviour, Wheels as Wheels
 from .declare.claim import Claim as Claim
 from .declare.clip import Clip as Clip, ClipFigure as ClipFigure, OfflineExperiment as OfflineExperiment
 from .declare.conditions import Condition as Condition, Leg as Leg, Trajectory as Trajectory
@@ -52,10 +47,8 @@ __all__ = [
     "Outcome",
     "RecordRerun",
     "Run",
-    "Scenario",
     "Score",
     "Study",
-    "SwarmDesign",
     "Trajectory",
     "Translation",
     "UsageError",

@@ -98,7 +98,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
             placements = placed(placements, poses, clearing(drawn), obstacles)
         self.swarm.reset(placements, self._rng, drawn)
         self.agents, self._steps = [*self.possible_agents], 0
-        self._frame(look=True, taken=True)
+        self.swarm.advance(self.agents)
         if self._renderer:
             self._renderer.show()
         return self._seen(), {name: agent._info({}) for name, agent in self._agents.items()}
@@ -129,19 +129,18 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
         live, skip, options = list(self.agents), self.options.frames_per_step, self.options
         for name, wheels in {name: wheels_of(self.action_spaces[name], actions[name]) for name in live}.items():
             self._agents[name].command(wheels)
-            self._agents[name]._responses, self._agents[name]._events = [], []
-            self._agents[name]._driven = 0.0
-        ahead, touched = dict.fromkeys(live, 0.0), set[str]()
+        ahead = dict.fromkeys(live, 0.0)
         for index in range(skip):
             taken = options.processor.takes(index, options.processor.every - 1)
-            self._frame(look=options.observation in ("neural", "both") or index == skip - 1, taken=taken)
+            look = options.observation in ("neural", "both") or index == skip - 1
+            self.swarm.advance(live if look else (), taken=taken)
             for name in live:
                 ahead[name] += self._agents[name].speed / (options.robot.max_speed_cm_s / 100) / skip
-            touched |= {name for pair in self.swarm.touching for name in pair if name in live}
+        touched = {name for name in live if self._agents[name]._touched}
         self._steps += 1
         over = self._steps >= options.steps
         terms = {name: {"ahead": ahead[name], "touch": -TOUCH_COST * (name in touched)} for name in live}
-        infos = {name: {**self._agents[name]._info(terms[name]), "touched": name in touched} for name in live}
+        infos = {name: self._agents[name]._info(terms[name]) for name in live}
         seen = self._seen()
         for name in touched:
             self._agents[name].command((0.0, 0.0))
@@ -163,12 +162,6 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
         if self._renderer:
             self._renderer.close()
         self.swarm.sim.close()
-
-    def _frame(self, look: bool, taken: bool) -> None:
-        looking = self.agents if look and self.swarm.sim.seeing else ()
-        self.swarm.advance(looking)
-        for name in looking:
-            self._agents[name]._look(taken)
 
     def _seen(self) -> dict[str, Any]:
         return {name: self._agents[name]._observation() for name in self.agents}

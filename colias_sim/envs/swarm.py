@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -13,53 +12,18 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from colias_sim.config import CameraConfig, SceneConfig
-from colias_sim.envs.geometry import gap_to_arena
-from colias_sim.envs.options import FPS, STRICT, CameraSettings, EnvOptions
-from colias_sim.envs.senses import Model, Response, build_model, senses_events
+from colias_sim.envs.options import STRICT, CameraSettings, EnvOptions
+from colias_sim.envs.senses import Model, build_model, senses_events
 from colias_sim.envs.world import World
-from colias_sim.pose import Pose, WheelSpeeds
+from colias_sim.pose import Pose
 from colias_sim.streams import film, sensor
 from dsnn.field_docs import unit, with_field_docs
 
 if TYPE_CHECKING:
     from colias_sim.simulation import Simulation
 
-WALL = "wall"
-"""What a robot touches that touches no robot: the wall, or an obstacle."""
 AWAY_M = 10.0
 """Distance from the arena's middle at which robots stand that have left it."""
-
-
-APART = 15
-"""Frames without touching after which two robots that touch have collided once more."""
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Body:
-    """What a robot knows beside what it sees.
-
-    Parameters
-    ----------
-    number
-        Its number, from 0.
-    time_s
-        Time since the trial began.
-    touched
-        Whether its hull touched anything in the last frame.
-    wall_m, wall_bearing
-        Distance from its hull to the wall, and the wall's direction off its heading in radians, right positive.
-    """
-
-    number: int
-    time_s: float
-    touched: bool
-    wall_m: float
-    wall_bearing: float
-
-
-Drive = Callable[[Any, Body], WheelSpeeds]
-"""A type: function of a model's response, or ``None`` of a robot that sees nothing, and of a `Body`, that returns the
-wheel speeds, left and right, as shares of the maximum."""
 
 
 @with_field_docs
@@ -104,43 +68,26 @@ class SwarmOptions(EnvOptions):
 
 
 class Agent(World):
-    """One robot of a `Swarm`.
-
-    Attributes
-    ----------
-    present
-        Whether it is in the arena.
-    wheels
-        The last command, left and right, as shares of the maximum.
-    """
+    """One robot of a `Swarm`."""
 
     def __init__(self, sim: Simulation, name: str, options: SwarmOptions, model: Model | None) -> None:
-        self.name, self.options, self._model = name, options, model
-        self._luma, self.present, self.wheels = np.zeros((0, 0), np.uint8), True, (0.0, 0.0)
-        self._responses, self._events = [], []
+        self.options, self._model = options, model
+        self._luma = np.zeros((0, 0), np.uint8)
         super().__init__(sim, name)
-
-    @property
-    def responses(self) -> list[Response]:
-        """Its model's responses since the last reset, or since the last action of an agent."""
-        return self._responses
 
     def restart(self, noise: np.random.Generator) -> None:
         """Begin an episode, after the simulation's reset."""
         self._rest()
-        self._film, self.present, self.wheels = noise, True, (0.0, 0.0)
-        self._responses, self._events = [], []
+        self._film = noise
         if self._model is not None:
             self._model.reset()
+        self.command((0.0, 0.0))
 
     def command(self, wheels: npt.NDArray[np.float32] | tuple[float, float]) -> None:
-        """Command wheel speeds, left and right, as shares of the maximum, until the next call."""
-        self.wheels = float(wheels[0]), float(wheels[1])
+        """Begin a step: command wheel speeds, left and right, as shares of the maximum, until the next call."""
         fastest = self._observer.config.max_speed_cm_s / 100
-        self._command = self.wheels[0] * fastest, self.wheels[1] * fastest
-
-    def _notice_touch(self) -> None:
-        """`Swarm` finds the touches of all at once."""
+        self._command = float(wheels[0]) * fastest, float(wheels[1]) * fastest
+        self._responses, self._events, self._driven = [], [], 0.0
 
 
 class Swarm:
@@ -157,14 +104,6 @@ class Swarm:
         The simulation.
     agents
         The robots by name.
-    touching
-        Pairs of names that touched within the last frame; the wall and obstacles are `WALL`.
-    frame
-        Number of frames since the reset.
-    collisions
-        When pairs began to touch: frame and names. They must have parted for `APART` frames to collide once more.
-    errors
-        Robots whose `Drive` raised -> what it raised.
 
     Raises
     ------
@@ -190,18 +129,9 @@ class Swarm:
             truth=options.truth, eyes=cameras, events=options.events if events else None,
         )  # fmt: skip
         self.agents = {name: Agent(self.sim, name, options, model) for name, model in models.items()}
-        self.touching: set[frozenset[str]] = set()
-        self.frame, self.collisions, self.errors = 0, list[tuple[int, frozenset[str]]](), dict[str, Exception]()
-        self._touched_at: dict[frozenset[str], int] = {}
-        model, owners = self.sim.model, np.full(self.sim.model.nbody, WALL, object)
-        for name in options.names:
-            owners[model.body(f"{name}/base").id] = name
-        self._owners = owners[model.body_rootid[model.geom_bodyid]]
-        self._hulls = np.zeros(model.ngeom, bool)
-        self._hulls[[model.geom(f"{name}/hull").id for name in options.names]] = True
 
     def reset(self, placements: Mapping[str, Pose], rng: np.random.Generator, episode: int) -> None:
-        """Begin an episode, in which the robots stand for a frame.
+        """Begin an episode.
 
         Parameters
         ----------
@@ -213,69 +143,29 @@ class Swarm:
             The seed of the cameras' noise: the stream of robot k depends on nothing else.
         """
         self.sim.reset(placements, rng, events=sensor(episode))
-        self.frame, self.collisions, self.errors, self._touched_at = 0, [], {}, {}
         for number, agent in enumerate(self.agents.values()):
             agent.restart(film(episode, number))
 
-    def advance(self, look: Collection[str]) -> None:
+    def advance(self, look: Collection[str], *, taken: bool = True) -> None:
         """Advance by one frame.
 
         Parameters
         ----------
         look
-            The robots whose frames are exposed, to be developed by each then.
+            The robots that look, if they have cameras.
+        taken
+            Whether their models take this frame.
         """
-        self.touching = set()
         self.sim.advance(self._drive, look=look)
-        self._notice()
-        touched = {name for pair in self.touching for name in pair}
-        for name, agent in self.agents.items():
-            agent._touched = name in touched
+        for agent in self.agents.values():
             agent._arrive()
-        for pair in sorted(self.touching, key=sorted):
-            if self.frame - self._touched_at.get(pair, -APART) >= APART:
-                self.collisions.append((self.frame, pair))
-            self._touched_at[pair] = self.frame
-        self.frame += 1
-
-    def play(self, drives: Mapping[str, Drive]) -> None:
-        """Advance by one frame; then every robot looks, and is driven on by what it sees.
-
-        A robot whose drive or model raises stands from then on, with the exception in ``errors``. The others go on.
-
-        Parameters
-        ----------
-        drives
-            What drives each robot.
-        """
-        sees = self.sim.seeing
-        well = [name for name in drives if name not in self.errors]
-        self.advance(well if sees else ())
-        for name in well:
-            agent, pose = self.agents[name], self.sim.pose(name)
-            gap, left = gap_to_arena(pose, self.sim.obstacles)
-            body = Body(self.options.names.index(name), self.frame / FPS, agent._touched, gap, -left)
-            try:
-                if sees:
-                    agent._look(taken=True)
-                agent.command(np.clip(drives[name](agent.response, body), -1.0, 1.0))
-            except Exception as error:  # of a user's own code
-                self.errors[name] = error
-                agent.command((0.0, 0.0))
+        for name in look if self.sim.seeing else ():
+            self.agents[name]._look(taken)
 
     def remove(self, name: str) -> None:
         """Take a robot out of the arena for the rest of the episode: nobody sees it and nothing touches it."""
-        agent = self.agents[name]
-        agent.present = False
-        agent.command((0.0, 0.0))
         self.sim.robots[name].place(Pose(AWAY_M, self.options.names.index(name) * 0.1, 0.0))
 
     def _drive(self, dt: float) -> None:
-        self._notice()
         for agent in self.agents.values():
             agent._drive(dt)
-
-    def _notice(self) -> None:
-        geoms = self.sim.data.contact.geom
-        pairs = self._owners[geoms[self._hulls[geoms].any(axis=1)]]
-        self.touching.update(frozenset(pair) for pair in pairs.tolist())

@@ -38,8 +38,6 @@ KEYS: Mapping[str, tuple[int, ...]] = {
     "benchmark.sample": (ROOM, 25),  # the trials that a verifier does again
     "fit.sample": (ROOM, 18),  # how the even sample of a fit's box is scrambled
     "plausible.box": (ROOM, 20),  # apparatus drawn from what nobody knows
-    "swarm.start": (ROOM, 30),  # where robots of a scenario start, and their light
-    "swarm.drive": (ROOM, 31),  # what each robot draws itself
     "trial.events": (ROOM, 80),  # thresholds and noise of an event camera
     "trial.processor": (ROOM, 19),  # the first frame that a processor takes
 }

@@ -17,7 +17,7 @@ from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.base.values import key_values
 from experiments.cli import options
 from experiments.cli.run import moved
-from experiments.kinds.tables import BEHAVIOURS, EXPERIMENTS, STUDIES, shipped
+from experiments.kinds.tables import BEHAVIOURS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.store.asked import Asked
 from scenes import ARENA_ENDINGS, ARENAS
 
@@ -237,7 +237,7 @@ def _names(kind: str) -> Mapping[str, str]:
 
     match kind:
         case "experiments":
-            return {name: registry.find(name).summary for name in EXPERIMENTS}
+            return {name: registry.find(name).summary for name in (*NAMES, *OFFLINE)}
         case "studies":
             whole = {"model-claims": "the claims of the looming models' own papers, on clips"}
             return {name: registry.shipped_study(name).summary for name in STUDIES} | whole

@@ -53,8 +53,8 @@ class Claim:
     says, source, title
         Its words, where they are from, and the claim in a few words.
     on
-        What it is judged on: ``robot``, ``clips``, ``swarm``, ``footage`` or ``behaviours``. The last two are for
-        claims that ship.
+        What it is judged on: ``robot``, ``clips``, ``footage`` or ``behaviours``. The last two are for claims that
+        ship.
     models
         The labels of the models that it compares; without one of them it is not judged. Left out, it is about each
         model by itself; of clips about the DSNN alone.
@@ -107,7 +107,7 @@ class Claim:
     says: str = ""
     source: str = ""
     title: str = ""
-    on: Literal["robot", "clips", "footage", "behaviours", "swarm"] = "robot"
+    on: Literal["robot", "clips", "footage", "behaviours"] = "robot"
     models: Set[str] = frozenset()
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     reads: tuple[str, ...] = ()

@@ -1,7 +1,4 @@
-"""Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table.
-
-Swarms as a figure: a measure against the number of robots or their speed.
-"""
+"""Behaviours as a figure, each measure with its interval and every episode, and where they drove; and as a table."""
 
 import math
 from collections.abc import Mapping
@@ -138,33 +135,3 @@ def show(summary: pl.DataFrame, title: str) -> None:
         rows.setdefault(row["behaviour"], {"model": row["behaviour"]}).update(values)
     measures = summary["measure"].unique(maintain_order=True).to_list()
     scoreboard.show(pl.DataFrame(list(rows.values()), infer_schema_length=None), measures, title)
-
-
-def draw_swarms(trials: pl.DataFrame, described: Mapping[str, Any]) -> Figure:
-    """Draw a measure's means over repeats with 95 % intervals, a line a swarm, and the chance level as a dashed line.
-
-    Parameters
-    ----------
-    trials
-        Rows of ``trials.parquet``.
-    described
-        The contents of ``run.json``.
-    """
-    column, heading = described["experiment"]["figure"]
-    along = "robots" if trials["robots"].n_unique() > 1 else "speed_cm_s"
-    with style.look():
-        figure = Figure(figsize=(style.WIDTH, 3.4), layout="constrained")
-        axes = figure.subplots()
-        for model, hue in palette.of_others(dict.fromkeys(trials["model"])).items():
-            points = style.by(trials.filter(model=model).sort(along), along).agg(column)
-            style.means(axes, points[along].to_list(), points[column].to_list(), hue, model)
-        chance = [(case[along == "speed_cm_s"], case[2]) for case in described["chance"]]
-        if chance:
-            axes.plot(*zip(*sorted(chance), strict=True), "--", color=palette.THRESHOLD, lw=0.8, label="chance")
-        axes.set(xlabel=style.axis(along), ylabel=heading, xticks=trials[along].unique().sort(), ylim=(0.0, None))
-        best = trials.group_by("model", maintain_order=True).agg(pl.col(column).mean()).sort(column)["model"]
-        style.headline(figure, f"{heading[:1].upper()}{heading[1:]}: {', '.join(best)}, from the least")
-        style.legend(figure, [axes])
-        asked = f"{described['experiment']['name']}, {count(described['repeats'], 'repeat')}, seed {described['seed']}"
-        style.caption(figure, f"{asked}; dots: trials; lines: means with 95 % intervals.")
-    return figure

@@ -43,7 +43,7 @@ CODING = {
     ".webp": ("libwebp_anim", "-quality 75 -loop 0 -f webp"),
 }
 """Ending -> codec and options of ffmpeg. H.264 has even sizes only."""
-MOST_MODELS, MOST_EYES, MOST_HZ = 8, 4, 120.0
+MOST_MODELS, MOST_HZ = 8, 120.0
 NOISE, FULL_CHANGE = 4.0, 40.0
 """Changes from one picture to the next, in grey levels: up to the first nothing is drawn, at the second full colour."""
 ROBOT_CM, ROOM_CM, TRAIL_FRAMES = 2.0, 7.0, 900
@@ -139,7 +139,7 @@ class Reel:
         for (owner, name), parts in found.items():
             whole = np.hstack(parts)
             if owner == "eyes":
-                self.eyes |= {name: whole[0]} if len(self.eyes) < MOST_EYES else {}
+                self.eyes[name] = whole[0]
             elif owner == "tracks":
                 self.tracks[name] = whole
             else:
@@ -195,18 +195,17 @@ class Canvas:
         self._updates: list[list[Update]] = [[] for _ in range(count)]
         type_size = size[1] / 45 if self._film else size[0] / 110
         sizes: Any = dict.fromkeys(("font.size", "axes.labelsize", "xtick.labelsize", "ytick.labelsize"), type_size)
-        figsize = size[0] / 72, size[1] / 72  # a point is a pixel
-        self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")
+        figsize = size[0] / 72, size[1] / 72
+        self.figure = figure = Figure(figsize=figsize, dpi=72, layout="constrained")  # a point is a pixel
         self._canvas = cast(Any, FigureCanvasAgg(figure))
         with look(), mpl.rc_context(sizes | {"axes.titlesize": 1.2 * type_size}):
-            more = {CHANGE: 0 < len(reel.eyes) < MOST_EYES, FLOW: reel.flow, "plan": reel.tracks}
-            kinds = [*reel.eyes, *(kind for kind, there in more.items() if there)]
+            more = [*([CHANGE] if reel.eyes else []), *([FLOW] if reel.flow else [])]
+            kinds = [*reel.eyes, *more, *(["plan"] if reel.tracks else [])]
             heights = [1.0, 0.75 + 0.25 * min(len(reel.values), 4)] if self._film else [2.0, 1.0]
             parts: Any = figure.subfigures(2, 1, height_ratios=heights if reel.values else [1.0, 0.01])
-            figure.suptitle(": ".join(filter(None, (reel.properties.get("experiment"), reel.name))), x=0.01, ha="left")
-            wide = {"width_ratios": [1.0] * MOST_EYES + [3.0]} if self._film and len(reel.eyes) == MOST_EYES else {}
-            shape = (1, max(len(kinds), 1)) if self._film else (len(kinds), count)
-            grid = parts[0].subplots(*shape, squeeze=False, gridspec_kw=wide)
+            experiment = reel.properties.get("experiment")
+            figure.suptitle(f"{experiment}: {reel.name}" if experiment else reel.name, x=0.01, ha="left")
+            grid = parts[0].subplots(*((1, max(len(kinds), 1)) if self._film else (len(kinds), count)), squeeze=False)
             columns = grid if self._film else grid.T
             self.panels = [dict(zip(kinds, column, strict=False)) for column in columns]
             for place, column in enumerate(self.panels):
@@ -350,7 +349,7 @@ class Canvas:
 def _panel_title(kind: str) -> str:
     eye = kind.split("/")[-2].partition("_")[2] if "/" in kind else ""
     titles = {"plan": "from above", CHANGE: "brighter yellow, darker pink", FLOW: "true flow since the frame before"}
-    return titles.get(kind, f"seen by {eye}" if eye else "what is seen")
+    return titles.get(kind, f"what is seen{f', {eye}' if eye else ''}")
 
 
 def _ground(reel: Reel) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -23,7 +23,7 @@ __all__ = ["fit", "run", "sweep", "watch"]
 
 
 def run(
-    experiment: str | os.PathLike[str] | registry.Declared,
+    experiment: str | os.PathLike[str] | Experiment | OfflineExperiment,
     *,
     seed: int = 0,
     repeats: int | None = None,

@@ -1,47 +1,43 @@
-"""Episodes of behaviours in an env, and trials of many robots: plan, score, judge, draw and show a run of them."""
+"""Episodes of behaviours in an env: plan them, and score, judge, draw and show a run of them."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-import cloudpickle
 import polars as pl
 
 from colias_sim.arena import arena_files
-from colias_sim.config import CameraConfig, RobotConfig, known_arena
+from colias_sim.config import known_arena
 from colias_sim.envs import ENVS
-from colias_sim.envs.options import FPS, checked
+from colias_sim.envs.options import checked
 from colias_sim.envs.randomise import PRESET
-from experiments.base.console import count, progress, show as show_table, show_files
+from experiments.base.console import count, progress, show_files
 from experiments.base.errors import UsageError, check_known, check_unique
 from experiments.base.user_code import declared, is_own
-from experiments.declare.behaviour import BLIND, ENDING, Behaviour, Scenario, load_policy
-from experiments.declare.outcome import Outcome
+from experiments.declare.behaviour import ENDING, Behaviour, load_policy
 from experiments.draw.terminal import show_verdicts
 from experiments.judge import scores as scoring
-from experiments.judge.tests import Score, summary_rows
-from experiments.judge.verdict import Verdict, document, verdict_of
-from experiments.kinds import clips, registry
+from experiments.judge.tests import Score
+from experiments.judge.verdict import document
+from experiments.kinds.registry import claims_on
 from experiments.kinds.result import Kind, Run, concluding, load
 from experiments.kinds.tables import BEHAVIOURS, shipped
-from experiments.settings.models import choose, look_up, named_model, shown_models
-from experiments.settings.parameters import differing
-from experiments.settings.settings import applied, by_section, check_counts, with_values
-from experiments.show import episodes as showing
+from experiments.settings.models import choose, named_model
+from experiments.settings.settings import check_counts
 from experiments.show.episodes import EPISODES, FROZEN, STEPS, EpisodeTrial, env_id, play, record
 from experiments.show.play import one_thread
 from experiments.store import provenance
 from experiments.store.asked import Asked
-from experiments.store.folder import THRESHOLDS, RunFolder
+from experiments.store.folder import RunFolder
 from experiments.store.plan import Plan
-from experiments.store.tables import TrialRecord, drawn_here, group, recording_of
+from experiments.store.tables import TrialRecord, drawn_here, recording_of
 from scenes import is_arena_file
 
 if TYPE_CHECKING:
@@ -184,7 +180,7 @@ def load_behaviour(source: str) -> Behaviour:
         return cast(Behaviour, known[source])
     entry = declared(Path(source), "BEHAVIOUR", Behaviour)
     env_id(entry.env)
-    return replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
+    return dataclasses.replace(entry, model=named_model(Path(source), entry.model, "BEHAVIOUR.model"))
 
 
 # What it comes to.
@@ -192,18 +188,14 @@ def load_behaviour(source: str) -> Behaviour:
 
 def conclude(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
     """Score the episodes in ``folder``, judge claims about them, and write verdicts, summary and figure."""
-    played, env, trials = plan.resolved, plan.resolved["env"], folder.table("trials")
-    claims = () if played["options"] else registry.claims_on("behaviours").values()  # a claim is about the env as it is
-    verdicts = scoring.verdicts(claims, env, plan.declared, trials)
-    _write(folder, verdicts, scoring.summary(trials, env, played["reference"]).to_dicts())
-
-
-def _write(folder: RunFolder, verdicts: Sequence[Verdict], summary: Sequence[Mapping[str, Any]]) -> None:
     from experiments.draw import style  # not before: workers do without matplotlib
 
-    folder.write_json("claims.json", document(verdicts))
-    if summary:
-        folder.write_rows("summary.csv", summary)
+    played, env, trials = plan.resolved, plan.resolved["env"], folder.table("trials")
+    claims = () if played["options"] else claims_on("behaviours").values()  # a claim is about the env as it is
+    folder.write_json("claims.json", document(scoring.verdicts(claims, env, plan.declared, trials)))
+    summary = scoring.summary(trials, env, played["reference"])
+    if not summary.is_empty():
+        folder.write_rows("summary.csv", summary.to_dicts())
         style.save(load(folder.folder).figure(), folder.folder / "figure")
 
 
@@ -263,24 +255,18 @@ def score(
 
 
 def draw(run: Run) -> Figure:
-    """Draw the figure of a run of episodes or of swarms, from its folder alone."""
+    """Draw the figure of a run of episodes, from its folder alone."""
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
-    if run.kind == "swarm":
-        return behaviours.draw_swarms(run.trials, run.description)
     return behaviours.draw(run.trials, run.frames, behaviours.caption(run.description))
 
 
 def show(run: Run) -> None:
-    """Print what a run comes to: each behaviour's measures or each swarm's, the verdicts, and where everything is."""
+    """Print what a run comes to: each behaviour's measures, the verdicts, and where everything is."""
     from experiments.draw import behaviours  # not before: matplotlib takes its time to load
 
-    if run.done and run.kind == "swarm":
-        column = run.description["experiment"]["figure"][0]
-        show_table(run.summary.filter(quantity=column).drop("quantity"), column)
-    elif run.done:
-        behaviours.show(run.summary, behaviours.caption(run.description))
     if run.done:
+        behaviours.show(run.summary, behaviours.caption(run.description))
         show_verdicts(run.verdicts)
         show_files(run.folder, count(run.trials.height, "episode"))
 
@@ -291,79 +277,3 @@ def words(run: Run) -> str:
 
 
 KIND = Kind(plan, concluding(conclude), draw, show, chapter="Behaviours", words=words)
-
-# Many robots.
-
-
-def plan_swarms(asked: Asked) -> Plan[EpisodeTrial]:
-    """Return the plan of a scenario: every number of robots and speed, by every model, in equal starts.
-
-    Parameters
-    ----------
-    asked
-        What was asked for. Values are of the sections ``swarm``, ``robot``, ``camera`` and of the models. Its option is
-        ``recordings``, whether to keep these.
-
-    Raises
-    ------
-    UsageError
-        It cannot be run so.
-    """
-    scenario: Scenario = registry.declaration(asked)
-    repeats = scenario.repeats if asked.repeats is None else asked.repeats
-    check_counts(asked.seed, repeats)
-    shown = shown_models(scenario.models, asked.models, asked.only)
-    looking = look_up([name for name in shown if name != BLIND])
-    usual = {"robot": RobotConfig(), "camera": CameraConfig(), "swarm": scenario.design}
-    given = by_section(asked.values, {model.section: model.network for model in looking} | usual)
-    models = applied(looking, given)
-    settings = {name: with_values(name, value, given.get(name, {})) for name, value in usual.items()}
-    changed = differing(models, others={name: (usual[name], value) for name, value in settings.items()})
-    design = settings.pop("swarm")
-    densities = {f"{n} robots at {v:g} cm/s": (n, v) for n, v in product(design.robots, design.speeds_cm_s)}
-    cases = product(range(repeats), densities, [*((model,) for model in models), *[()] * (BLIND in shown)])
-    trials = [EpisodeTrial(scenario.name, index, repeat, asked.seed + repeat, condition, seen_by)
-              for index, (repeat, condition, seen_by) in enumerate(cases)]  # fmt: skip
-    declared = {name: getattr(scenario, name) for name in ("name", "summary", "figure")}
-    resolved = {
-        "experiment": declared, "repeats": repeats, "seed": asked.seed, "trials": len(trials), "models": models,
-        "swarm": design, **({"changed": changed} if changed else {}),
-        THRESHOLDS: {model.label: model.thresholds for model in models},
-        "chance": [(*case, scenario.chance(*case)) for case in densities.values()] if scenario.chance else [],
-        **provenance.of((model.source for model in models), scenario),
-    }  # fmt: skip
-    # A worker finds the scenario by its name or its file; one of a script travels with its functions.
-    source = scenario.file or (scenario.name if asked.declared is None else cloudpickle.dumps(scenario))
-    work = partial(play_swarm_trial, source=source, cases=densities, options={**settings, "arena": scenario.arena},
-                   frames=round(design.seconds * FPS), recorded=bool(asked.option("recordings", True)))  # fmt: skip
-    columns = showing.SWARMS | pl.Schema(dict.fromkeys(scenario.measures, float))
-    return Plan(asked, scenario.name, trials, work, resolved, (columns, showing.SWARM_STEPS), scenario, models)
-
-
-def play_swarm_trial(
-    trial: EpisodeTrial, *, source: str | bytes, cases: Mapping[str, tuple[int, float]], options: Mapping[str, Any],
-    frames: int, recorded: bool,
-) -> TrialRecord:  # fmt: skip
-    """Play a trial of a scenario in a worker."""
-    with one_thread():
-        scenario = cast(Scenario, cloudpickle.loads(source) if isinstance(source, bytes) else registry.find(source))
-        case, recorded = cases[trial.label()], recorded and not trial.repeat
-        done = showing.play_swarm(trial, scenario, case, options, frames, recorded=recorded)
-    return drawn_here(done) if trial.models else done
-
-
-def conclude_swarms(plan: Plan[EpisodeTrial], folder: RunFolder) -> None:
-    """Judge the claims of a scenario, a repeat being a replicate, and write verdicts, summary and figure."""
-    rows = folder.table("trials").to_dicts()
-    repeats, shown = group(rows, "repeat").values(), {row["model"] for row in rows}
-    size, lost = len(plan.trials) // plan.resolved["repeats"], Outcome.unjudged("trials of its swarms are not there")
-    found = []
-    for claim in plan.declared.claims if rows else ():
-        whole = [len(part) == size and claim.models <= shown for part in repeats]
-        judged = [claim.evaluate(part) if there else lost for part, there in zip(repeats, whole, strict=True)]
-        found.append(verdict_of(claim, judged, experiment=plan.name))
-    measured = *showing.RATES, *plan.declared.measures
-    _write(folder, found, summary_rows(rows, ("model", "robots", "speed_cm_s"), measured, ()))
-
-
-SWARMS = replace(KIND, plan=plan_swarms, work=concluding(conclude_swarms), chapter="Swarms", words=clips.words)

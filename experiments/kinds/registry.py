@@ -9,27 +9,23 @@ from typing import Any, cast
 
 from experiments.base.errors import UsageError, check_known, short
 from experiments.base.user_code import declared, declares, is_file, named_file
-from experiments.declare.behaviour import Scenario
 from experiments.declare.claim import LOOMING_DETECTORS, SHIPPED, Claim, claim_ids
 from experiments.declare.clip import OfflineExperiment
 from experiments.declare.conditions import Hand
 from experiments.declare.experiment import Experiment, visit
 from experiments.declare.study import Study, tuple_of
-from experiments.kinds.tables import CLAIMS, EXPERIMENTS, NAMES, STUDIES, shipped
+from experiments.kinds.tables import CLAIMS, EXPERIMENTS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.settings.models import ConfiguredModel, named_model
 from experiments.store.asked import Asked
 from scenes import is_arena_file
 from scenes.hints import nearest
 
-Declared = Experiment | OfflineExperiment | Scenario
-"""What an experiment may be."""
-
 
 def load(name: str) -> Experiment:
     """Return the experiment with the robot called ``name``; see `find`. Raises `UsageError` for an off-line one."""
     experiment = find(name)
-    if not isinstance(experiment, Experiment):
-        raise UsageError(f"{name}: no single robot sees in it; of clips see colias list parameters STIMULUS")
+    if isinstance(experiment, OfflineExperiment):
+        raise UsageError(f"{name}: it shows clips, without a robot; see colias list parameters STIMULUS")
     return experiment
 
 
@@ -50,22 +46,22 @@ def declaration(asked: Asked) -> Any:
     return find(asked.what[0])
 
 
-def find(name: str | Declared) -> Declared:
+def find(name: str | Experiment | OfflineExperiment) -> Experiment | OfflineExperiment:
     """Return the experiment called ``name``, the one that the file ``name`` declares as ``EXPERIMENT``, or it itself.
 
     Raises `UsageError` on an unknown name, and on a file that cannot be read, has an error, or declares none.
     """
-    experiment: Declared
+    experiment: Experiment | OfflineExperiment
     if not isinstance(name, str):
         experiment, name = name, f"experiment {name.name}"
     elif name in NAMES:
         experiment = shipped(EXPERIMENTS[name])
-    elif name in EXPERIMENTS:
+    elif name in OFFLINE:
         experiment = next(entry for entry in shipped(EXPERIMENTS[name]) if entry.name == name)
     elif is_file(name):
         experiment = _of_file(Path(name))
     else:
-        near = nearest(name, EXPERIMENTS, " (", ")")
+        near = nearest(name, (*NAMES, *OFFLINE), " (", ")")
         raise UsageError(f"unknown experiment '{name}'{near}; colias list experiments names all; a .py file is one too")
     check_claims(experiment, name)
     return experiment
@@ -83,9 +79,9 @@ def paper_experiments() -> tuple[str, ...]:
     return tuple(name for name in NAMES if any(isinstance(claim, str) for claim in load(name).claims))
 
 
-def _of_file(path: Path) -> Declared:
+def _of_file(path: Path) -> Experiment | OfflineExperiment:
     """Return what a user's file declares, with the file's path; a relative path of a model starts at its folder."""
-    experiment = cast(Declared, declared(path, "EXPERIMENT", Experiment, OfflineExperiment, Scenario))
+    experiment = cast(Experiment | OfflineExperiment, declared(path, "EXPERIMENT", Experiment, OfflineExperiment))
     models = tuple(named_model(path, model, f"EXPERIMENT.models[{i}]") for i, model in enumerate(experiment.models))
     if isinstance(experiment, Experiment) and is_arena_file(experiment.arena):
         arena = named_file(path, experiment.arena, "EXPERIMENT.arena")
@@ -93,7 +89,7 @@ def _of_file(path: Path) -> Declared:
     return dataclasses.replace(experiment, file=str(path.resolve()), models=models)
 
 
-def check_claims(experiment: Declared, name: str) -> None:
+def check_claims(experiment: Experiment | OfflineExperiment, name: str) -> None:
     """Raise `UsageError` for an unknown claim, or one that trials of this kind cannot test.
 
     Parameters
@@ -103,7 +99,7 @@ def check_claims(experiment: Declared, name: str) -> None:
     name
         What it was asked for by.
     """
-    on = {"clips": "clips", "swarm": "swarm"}.get(experiment.kind, "robot")
+    on = "clips" if isinstance(experiment, OfflineExperiment) else "robot"
     for claim in experiment.claims:
         if isinstance(claim, Claim):
             if claim.on != on:

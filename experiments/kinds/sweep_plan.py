@@ -210,11 +210,10 @@ def sweep_of(
 def _experiments(study: Study, repeats: int | None) -> tuple[list[Any], bool]:
     """Return the experiments of a study, all of one kind, and whether a robot is in them."""
     experiments: list[Any] = list(map(registry.find, study.experiments or registry.answering_for(study.claims)))
-    names, kinds = [experiment.name for experiment in experiments], {experiment.kind for experiment in experiments}
+    names = [experiment.name for experiment in experiments]
     on_robot = isinstance(experiments[0], Experiment)
-    if len(kinds) > 1 or "swarm" in kinds or len(set(names)) < len(names):
-        words = "different experiments, all with one robot or all clips; colias run sweeps swarm.robots=4,8 itself"
-        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be {words}")
+    if any(isinstance(other, Experiment) != on_robot for other in experiments) or len(set(names)) < len(names):
+        raise UsageError(f"EXPERIMENT: {', '.join(names)} must be different experiments, all with a robot or all clips")
     if not on_robot and (repeats is not None or study.repeats not in (None, WHOLE)):
         raise UsageError(f"--repeats: {', '.join(names)} shows clips, once in a replicate; give --replicates")
     return experiments, on_robot

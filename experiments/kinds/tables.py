@@ -14,7 +14,6 @@ KINDS: Mapping[str, str] = {
     "watch": "experiments.kinds.footage:KIND",
     "measured": "experiments.kinds.log:KIND",
     "tuning": "experiments.kinds.tuning:KIND",
-    "swarm": "experiments.kinds.episodes:SWARMS",
     "sweep": "experiments.kinds.sweep:KIND",
     "fit": "experiments.kinds.fit:KIND",
     "training": "experiments.kinds.training:KIND",
@@ -39,9 +38,8 @@ OFFLINE = (
 EXPERIMENTS: Mapping[str, str] = {
     **{name: f"experiments.{name.replace('-', '_')}:EXPERIMENT" for name in NAMES},
     **dict.fromkeys(OFFLINE, "experiments.paper.clips:EXPERIMENTS"),
-    **dict.fromkeys(("traffic", "follow"), "experiments.paper.scenarios:SCENARIOS"),
 }
-"""Experiment -> its declaration; those with clips, and those with many robots, are listed in one file."""
+"""Experiment -> its declaration; those with clips are listed in one file."""
 
 BEHAVIOURS: Mapping[str, str] = {
     "behaviours": "experiments.paper.behaviours:BEHAVIOURS",

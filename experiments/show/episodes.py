@@ -1,11 +1,10 @@
-"""Episodes of behaviours in envs, and trials of many robots: played, kept frame by frame, tabulated and recorded."""
+"""Episodes of behaviours in envs: played, kept frame by frame, tabulated and recorded."""
 
 import math
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from itertools import zip_longest
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,30 +13,25 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-import rerun as rr
 
 import colias_sim  # noqa: F401  (registers the envs)
 from colias_sim.config import SceneConfig
 from colias_sim.envs import ENVS, NEURAL, State
 from colias_sim.envs.base import ColiasEnv
-from colias_sim.envs.crowd import Seen, Tracks, encounters, played
-from colias_sim.envs.options import FPS, checked
+from colias_sim.envs.options import FPS
 from colias_sim.envs.senses import Model, Response, build_model
-from colias_sim.envs.swarm import WALL, Swarm, SwarmOptions
 from colias_sim.events import Events
 from colias_sim.simulation import TRIAL_ROBOTS
 from dsnn import ResponseSeries
 from dsnn.model import CHANNELS, SPIKING
-from experiments.base import palette
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.streams import stream
-from experiments.base.user_code import traced
-from experiments.declare.behaviour import BLIND, Behaviour, Policy, Scenario
+from experiments.declare.behaviour import Behaviour, Policy
 from experiments.settings.models import CONTROL
 from experiments.show import record as rerun
 from experiments.show.play import FIELDS, FRAMES, NO_IMAGE, Trial
-from experiments.store.tables import JOB, OBSERVER, TrialRecord, recording_of
+from experiments.store.tables import JOB, OBSERVER
 
 COLUMNS = {name: ends for env in ENVS.values() for name, ends in env.columns.items()}
 """Every column that an env declares -> its least and largest possible value."""
@@ -188,26 +182,16 @@ class Episode:
 
     def steps(self, index: int) -> pl.DataFrame:
         """Return the steps of episode ``index`` of a run as rows of `STEPS`."""
-        more = {"time_s": self.time_s, "reward": self.rewards}
-        way = next(iter(self.poses.values()))
-        return robot_steps(index, self.name, OBSERVER, way, self.wheels, self.responses, more, STEPS)
-
-
-def robot_steps(
-    index: int, model: str, robot: str, way: Any, wheels: Any, responses: Sequence[Any], more: Mapping[str, Any],
-    columns: pl.Schema,
-) -> pl.DataFrame:  # fmt: skip
-    """Return the rows of a robot in trial ``index``: ``way`` in cm and degrees, and columns ``more``."""
-    (x_cm, y_cm, heading_deg), (left, right) = np.array(way).T, np.array(wheels).T
-    series = ResponseSeries.from_responses(responses) if responses else None
-    lacking = [None] * (len(x_cm) - len(responses))  # of a robot whose model or drive raised
-    return pl.DataFrame(
-        {
-            "trial": index, "model": model, "frame": range(len(x_cm)), "robot": robot, "x_cm": x_cm, "y_cm": y_cm,
-            "heading_deg": heading_deg, "left_wheel": left, "right_wheel": right, **more,
-            **{name: [*getattr(series, name), *lacking] if series else None for name in FIELDS},
-        }
-    ).select(columns.names()).cast(columns)  # fmt: skip
+        (x_cm, y_cm, heading_deg), (left, right) = np.array(next(iter(self.poses.values()))).T, np.array(self.wheels).T
+        series = ResponseSeries.from_responses(self.responses) if self.responses else None
+        return pl.DataFrame(
+            {
+                "trial": index, "model": self.name, "frame": range(len(self.rewards)), "robot": OBSERVER,
+                "time_s": self.time_s, "x_cm": x_cm, "y_cm": y_cm, "heading_deg": heading_deg, "left_wheel": left,
+                "right_wheel": right, "reward": self.rewards,
+                **{name: getattr(series, name, None) for name in FIELDS},
+            }
+        ).select(STEPS.names()).cast(STEPS)  # fmt: skip
 
 
 class FrozenView:
@@ -441,106 +425,3 @@ class RecordRerun(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorAr
         place.parent.mkdir(parents=True, exist_ok=True)
         Files(place.parent).write_bytes(place, data)
         self.recorded.append(place)
-
-
-# --- many robots ------------------------------------------------------------------------------------------------------
-
-RATES = "collisions_a_min", "wall_a_min", "driven_m"
-"""Measures of every scenario, a robot."""
-SWARMS = pl.Schema({**JOB, "robots": int, "collisions": int, **dict.fromkeys(("speed_cm_s", "seconds", *RATES), float)})
-"""Columns of ``trials.parquet``, and those that a scenario measures: a row per trial, of all its robots."""
-SWARM_STEPS = pl.Schema({name: kind for name, kind in STEPS.items() if name != "reward"} | {"touches": str})
-"""Columns of ``frames.parquet``: a row per frame and robot of the first repeat; ``touches`` is whom it has begun to."""
-EVERY, ROW_PX = 3, 8
-"""Frames from one picture of an eye to the next; rows of the raster a robot."""
-
-
-def play_swarm(
-    trial: EpisodeTrial, scenario: Scenario, case: tuple[int, float], options: Mapping[str, Any], frames: int, *,
-    recorded: bool = False,
-) -> TrialRecord:  # fmt: skip
-    """Play a trial of a scenario with so many robots, at a speed in cm/s.
-
-    Its model is that of all robots, or none. The first repeat has a row per frame and robot; it may be ``recorded``.
-    """
-    (number, speed_cm_s), model, first = case, next(iter(trial.models), None), not trial.repeat
-    label, channels = (model.label, model.channels) if model else (BLIND, ())
-    senses = {"model": model.build, "observation": "neural"} if model else {"observation": "state"}
-    swarm = Swarm(checked(SwarmOptions, {**options, **senses, "robots": number}))
-    rng, ahead = stream("swarm.start", trial.seed), speed_cm_s / swarm.options.robot.max_speed_cm_s
-    with closing(swarm.sim):
-        swarm.reset(dict(zip(swarm.agents, scenario.start(rng, number), strict=True)), rng, trial.seed)
-        own = stream("swarm.drive", trial.seed).spawn(number)
-        drives = {name: scenario.make(k, ahead, channels, own[k]) for k, name in enumerate(swarm.agents)}
-        tracks, commands, images = played(swarm, drives, frames, EVERY if recorded and model else 0)
-    row = {
-        "experiment": trial.experiment, "trial": trial.index, "repeat": trial.repeat, "seed": trial.seed,
-        "model": label, "robots": number, "speed_cm_s": speed_cm_s, "seconds": frames / FPS,
-        **encounters(tracks, swarm.collisions), **{name: of(tracks) for name, of in scenario.measures.items()},
-    }  # fmt: skip
-    ways = tracks * (100.0, 100.0, math.degrees(1.0))
-    troubles = {f"{label}, {name}": traced(error) for name, error in swarm.errors.items()}
-    table = swarm_steps(trial.index, label, swarm, ways, commands) if first else SWARM_STEPS.to_frame()
-    recording = (
-        recording_of(lambda: record_swarm(f"{label}, {trial.label()}", swarm, ways, images, channels))
-        if recorded
-        else None
-    )
-    return TrialRecord(trial.index, (row,), table, recording, troubles)
-
-
-def swarm_steps(index: int, label: str, swarm: Swarm, ways: Tracks, commands: Tracks) -> pl.DataFrame:
-    """Return the rows of `SWARM_STEPS` of a trial, robot after robot; ``ways`` (T, N, 3) are in cm and degrees."""
-    touched = {(frame, name): next(iter(pair - {name})) for frame, pair in swarm.collisions for name in pair}
-    time_s, tables = np.arange(1, len(ways) + 1) / FPS, []
-    for k, (name, agent) in enumerate(swarm.agents.items()):
-        more = {"time_s": time_s, "touches": [touched.get((frame, name)) for frame in range(len(ways))]}
-        tables.append(robot_steps(index, label, name, ways[:, k], commands[:, k], agent.responses, more, SWARM_STEPS))
-    return pl.concat(tables)
-
-
-def raster(potentials: Sequence[Sequence[float]]) -> rerun.Images:
-    """Return potentials of robots as grey levels, a band a robot, the first uppermost: -1 is black, 1 white."""
-    values = np.array([*zip_longest(*potentials, fillvalue=0.0)]).T  # of some that raised there are fewer
-    return np.repeat(np.clip(127.5 + 127.5 * values, 0, 255).astype(np.uint8), ROW_PX, axis=0)
-
-
-def record_swarm(name: str, swarm: Swarm, ways: Tracks, images: Seen, channels: Sequence[str]) -> bytes:
-    """Return the recording of a trial, as the bytes of an .rrd file.
-
-    Parameters
-    ----------
-    name
-        Its name for people.
-    swarm
-        The robots.
-    ways
-        Their places, (T, N, 3), in cm and degrees.
-    images
-        What each saw, every `EVERY` frames; empty of blind robots.
-    channels
-        The channels of their model; the raster has looming, or HS.
-    """
-    robots, frame, hue = [*swarm.agents], np.arange(len(ways)), palette.rgb(palette.TRUE)
-    met = [ways[at, [robots.index(one) for one in pair], :2].mean(axis=0)
-           for at, pair in swarm.collisions if WALL not in pair]  # fmt: skip
-    time_s = np.arange(1.0, len(ways) + 1.0) / FPS
-    nose = rr.Arrows3D(origins=[[0, 0, 4.5]], vectors=[[4.5, 0, 0]], colors=[hue], radii=[0.4])
-    dots = rr.Points3D([(*place, 4.0) for place in met], colors=[hue], radii=[1.0])
-    more = [*(rerun.fixed(f"world/{robot}/heading", nose) for robot in robots), rerun.fixed("world/collisions", dots)]
-    channel = "looming" if "looming" in channels else "hs"
-    if images:
-        seen = [[getattr(response, channel) for response in agent.responses] for agent in swarm.agents.values()]
-        more.append(rerun.fixed("raster", rr.Image(raster(seen))))
-    content = rerun.Content(
-        scene=SceneConfig(), robots=tuple((robot, swarm.options.body) for robot in robots), above=True,
-        eyes=tuple(images), raster=f"{channel} of {', '.join(robots)}: robots by time" if images else "",
-    )  # fmt: skip
-    told = {"env": "swarm", "collisions": len(met), "seconds": len(ways) / FPS}  # with an env the whole arena is shown
-    moved = rerun.Frames(
-        time_s, frame, images={robot: rerun.jpegs(seen) for robot, seen in images.items()},
-        poses={robot: ways[:, k] for k, robot in enumerate(robots)},
-        taken=dict.fromkeys(images, slice(None, None, EVERY)),
-    )  # fmt: skip
-    held, about = {"episode": rerun.properties(told)}, rerun.note({"trial": name, **told})
-    return rerun.write(content, moved, name, None, held, more, about)

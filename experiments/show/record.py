@@ -69,7 +69,7 @@ DEPTH_UNITS = 10_000
 """Units of a recorded depth in a metre: 16 bits of them are 6.5 m."""
 ARROWS = 16
 """Arrows of the flow along the longer side of a picture."""
-MOST_LANES, MOST_EYES = 4, 2
+MOST_LANES = 4
 """Models below each other; more stand in columns."""
 
 
@@ -139,8 +139,6 @@ class Content:
         Whether there is a text about it.
     surfaces
         Names of the geoms that pixels show; empty without truth.
-    raster
-        Heading of the raster of a swarm's potentials; empty without one.
     events
         Whether there are events.
     """
@@ -156,7 +154,6 @@ class Content:
     above: bool = False
     noted: bool = False
     surfaces: tuple[str, ...] = ()
-    raster: str = ""
     events: bool = False
 
 
@@ -179,7 +176,7 @@ class Frames:
     plots
         Entity -> (T, k), a value of each series.
     taken
-        A model's label, or an eye -> which of the frames it took; others took all.
+        A model's label -> which of the frames it took; others took all.
     truth
         Eye -> what its pixels truly show in each frame, T of them.
     events
@@ -198,7 +195,7 @@ class Frames:
     events: Mapping[str, Sequence[Events | None]] = field(default_factory=dict)
 
     def times(self, model: str = "", at: slice | npt.NDArray[np.intp] = slice(None)) -> list[rr.TimeColumn]:
-        """Return the timelines of the frames that one took, or of some ``at`` of them; of no model, of all."""
+        """Return the timelines of the frames that a model took, or of some ``at`` of them; of no model, of all."""
         taken = self.taken.get(model, slice(None))
         return times(self.time_s[taken][at], self.frame[taken][at])
 
@@ -362,7 +359,7 @@ def moving(content: Content, frames: Frames) -> list[Chunk]:
             chunks += _pictures(entity, rr.Image, images, when)
         else:
             chunks.append(fixed(entity, rr.EncodedImage.from_fields(media_type="image/jpeg")))
-            chunks.append(chunk(entity, frames.times(eye), rr.EncodedImage.columns(blob=images)))
+            chunks.append(chunk(entity, when, rr.EncodedImage.columns(blob=images)))
     for eye, truths in frames.truth.items():
         chunks += _truth(f"{camera_entity(eye)}/truth", truths, when)
     for eye, events in frames.events.items() if content.events else ():
@@ -537,8 +534,6 @@ def views(content: Content) -> list[tuple[float, Any]]:
         if apart:
             true = [rrb.Spatial2DView(origin=f"{place}/truth/{part}", name=f"true {part}") for part in apart]
             top.append((3.0, rrb.Vertical(*true)))
-    if len(content.eyes) > MOST_EYES:  # a swarm's
-        top[1:] = [(4.0, rrb.Tabs(*(view for _, view in top[1:])))]
     if content.maps:
         label = content.models[0].label
         maps = [
@@ -560,8 +555,6 @@ def views(content: Content) -> list[tuple[float, Any]]:
         lanes = (rrb.Horizontal(*([_lane(model, model.spiking)] if model.spiking else ()), *_azimuth(model))
                  for model in content.models)  # fmt: skip
         rows.append((3.0 + min(len(content.models), MOST_LANES) / 2, rrb.Grid(*lanes, grid_columns=columns)))
-    if content.raster:
-        rows.append((1.5, rrb.Spatial2DView(origin="/raster", name=content.raster)))
     for entity, names, heading in content.plots:
         hues = zip(names, itertools.cycle(palette.OTHERS), strict=False)
         which = f": {', '.join(map(' '.join, hues))}" if len(names) > 1 else ""
@@ -584,7 +577,7 @@ def _world(content: Content, scene: SceneConfig) -> rrb.Spatial3DView:
         eye = rrb.EyeControls3D(position=(0, 0, 105), look_target=(0, 0, 0), eye_up=(0, 1, 0))
     else:
         eye = rrb.EyeControls3D(position=(-13, -9, 12), look_target=(6, 0, 0), eye_up=(0, 0, 1))
-    hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[content.camera is not None :]]
+    hidden = [f"- /{camera_entity(other)}/**" for other in content.eyes[1:]]
     apart = ["truth/**"] * bool(content.surfaces) + ["events"] * content.events
     hidden += [f"- /{camera_entity(eye)}/{part}" for eye in content.eyes for part in apart]
     hidden += ["- /world/arena/wall"] if content.above else []  # the outer circle is its foot

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from benchmarks import antialiasing, envs, eye, loop, network, swarm
+from benchmarks import antialiasing, envs, eye, loop, network
 from colias_sim import CameraConfig
 from tools import eye as pictures
 
@@ -17,10 +17,9 @@ RENDERED = True
 @pytest.fixture
 def smallest(monkeypatch):
     """A round, and as few frames as the network's answers need."""
-    for module in (antialiasing, eye, loop, network, swarm):
+    for module in (antialiasing, eye, loop, network):
         monkeypatch.setattr(module, "FRAMES", 3)
-    monkeypatch.setattr(swarm, "COUNTS", (1,))
-    for module in (antialiasing, envs, eye, loop, network, swarm):
+    for module in (antialiasing, envs, eye, loop, network):
         monkeypatch.setattr(module, "interleaved", lambda work, rounds=1, once=module.interleaved: once(work, 1))
     monkeypatch.setattr(antialiasing, "FRAMES", 24)  # HS counts from the 20th
     monkeypatch.setattr(antialiasing, "TRUTH", antialiasing.samples(0, 2))
@@ -36,7 +35,7 @@ def test_every_ratio_is_measured(smallest, monkeypatch):
     printed = []
     monkeypatch.setattr(Console, "print", lambda self, table: printed.append(table))
     runpy.run_module("benchmarks", run_name="__main__")
-    assert len(printed) == 8 and all(table.row_count for table in printed)
+    assert len(printed) == 7 and all(table.row_count for table in printed)
     for table in printed:
         for column in table.columns[1:]:
             for cell in column.cells:

@@ -1,18 +1,16 @@
 """Swarms as agents: PettingZoo's laws, a robot of a swarm is that of a single env, and rows of one array."""
 
 import warnings
+from contextlib import ExitStack, closing
 
 import numpy as np
-import psutil
 import pytest
-from gymnasium import error
 
 import colias_sim
 from colias_sim.envs.avoidance import Avoidance
 from colias_sim.envs.geometry import random_poses
 from colias_sim.envs.options import checked
 from colias_sim.envs.swarm import Swarm, SwarmOptions
-from colias_sim.pose import Pose
 from colias_sim.streams import film
 
 FACING = {"robot0": (-6.0, 0.0, 0.0), "robot1": (6.0, 0.0, 180.0)}
@@ -22,25 +20,16 @@ AHEAD = np.full(2, 0.5, np.float32)
 @pytest.fixture
 def made():
     pytest.importorskip("pettingzoo")
-    envs = []
-
-    def make(**arguments):
-        envs.append(colias_sim.swarm_env(**arguments))
-        return envs[-1]
-
-    yield make
-    for env in envs:
-        env.close()
+    with ExitStack() as envs:
+        yield lambda **arguments: envs.enter_context(closing(colias_sim.swarm_env(**arguments)))
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        {"observation": "both", "frame_skip": 2},
-        {"observation": "state", "actions": "manoeuvres", "crash": "stop"},
-        {"observation": "pixels", "eyes": {"robot1": {"width": 50}}, "steps": 20},
-    ],
-)
+SKIPS = {"observation": "both", "frame_skip": 2}
+STOPS = {"observation": "state", "actions": "manoeuvres", "crash": "stop"}
+UNLIKE = {"observation": "pixels", "eyes": {"robot1": {"width": 50}}, "steps": 20}
+
+
+@pytest.mark.parametrize("arguments", [SKIPS, STOPS, UNLIKE])
 def test_the_laws_of_pettingzoo(made, arguments):
     from pettingzoo.test import parallel_api_test, parallel_seed_test
 
@@ -60,15 +49,14 @@ class Alone(Avoidance):
         return {"observer": random_poses(rng, 1)[0]}, {}
 
 
-def test_one_robot_of_a_swarm_is_that_of_a_single_env_to_the_bit(made):
+@pytest.mark.parametrize("observation", ["both", "events"])
+def test_one_robot_of_a_swarm_is_that_of_a_single_env_to_the_bit(made, observation):
     """World, light, noise and responses, from the seed alone."""
-    setting = {"observation": "both", "arena": "bright", "camera": "ov7670"}
+    setting = {"observation": observation, "arena": "bright", "camera": "ov7670", "events": {"supersample_columns": 1}}
     one, single = made(robots=1, body="colias", **setting), Alone(**setting)
-    seen, _ = one.reset(seed=5)
-    expected, _ = single.reset(seed=5)
-    for i in range(12):
-        for name in ("pixels", "neural"):
-            np.testing.assert_array_equal(seen["robot0"][name], expected[name])
+    seen, expected = one.reset(seed=5)[0], single.reset(seed=5)[0]
+    for i in range(8):
+        np.testing.assert_equal(seen["robot0"], expected)
         wheels = np.array([0.1, 0.02 * i], np.float32)
         seen, rewards, _, _, infos = one.step({"robot0": wheels})
         expected, reward, _, _, info = single.step(wheels)
@@ -78,9 +66,7 @@ def test_one_robot_of_a_swarm_is_that_of_a_single_env_to_the_bit(made):
 
 def test_the_noise_of_a_robot_is_its_own_whatever_the_number():
     draws = [film(3, robot).random(4).tolist() for robot in (0, 1, 2)]
-    assert draws == [film(3, robot).random(4).tolist() for robot in (0, 1, 2)]
-    assert len({tuple(draw) for draw in draws}) == 3
-    assert draws[0] == np.random.default_rng(3).random(4).tolist()
+    assert len({tuple(draw) for draw in draws}) == 3 and draws[0] == np.random.default_rng(3).random(4).tolist()
 
 
 @pytest.mark.parametrize("crash", ["leave", "stop"])
@@ -90,13 +76,11 @@ def test_robots_that_crash_are_absent_and_stand_or_are_out_of_the_way(made, cras
     env.reset(seed=0, options={"poses": {**FACING, "robot2": (0.0, -25.0, 90.0)}})
     met = {}
     while env.agents:
-        _, rewards, terminated, truncated, _ = env.step(
-            {name: 0.6 * AHEAD if name == "robot2" else AHEAD for name in env.agents}
-        )
-        for name in rewards:
-            if terminated[name]:
-                met[name] = env._steps
-                assert rewards[name] < -9 and name not in env.agents
+        actions = {name: 0.6 * AHEAD if name == "robot2" else AHEAD for name in env.agents}
+        _, rewards, terminated, truncated, _ = env.step(actions)
+        for name in [name for name in rewards if terminated[name]]:
+            met[name] = env._steps
+            assert rewards[name] < -9 and name not in env.agents
     assert met["robot0"] == met["robot1"] < 25
     # Where they stand, it meets them; where they left, it drives to the end.
     assert ("robot2" in met) == (crash == "stop") and truncated.get("robot2", False) == (crash == "leave")
@@ -106,7 +90,7 @@ def test_rows_of_those_that_left_are_empty_until_the_world_ends(made):
     env = made(robots=3, observation="neural", steps=30)
     rows = env.rows()
     rows.reset(seed=0, options={"poses": {**FACING, "robot2": (0.0, -30.0, 0.0)}})
-    actions = np.stack([AHEAD, AHEAD, 0 * AHEAD])
+    actions, crashed = np.stack([AHEAD, AHEAD, 0 * AHEAD]), 30
     for step in range(1, 31):
         seen, rewards, terminated, truncated, info = rows.step(actions)
         assert seen.shape == (3, 7) and seen in rows.observation_space
@@ -115,12 +99,11 @@ def test_rows_of_those_that_left_are_empty_until_the_world_ends(made):
             assert terminated.tolist() == [True, True, False] and not truncated.any()
             assert info["final_obs"][0].any() and info["final_obs"][2] is None
             assert info["final_info"]["reward_touch"][:2].tolist() == [-10.0, -10.0]
-        elif step < 30 and not env.swarm.agents["robot0"].present:
+        elif crashed < step < 30:
             assert info["absent"].tolist() == [True, True, False] and not truncated.any()
             assert not seen[:2].any() and not rewards[:2].any()
     assert crashed < 25 and truncated.all() and not terminated.any()
     assert env.agents == env.possible_agents, "the next episode has begun"
-    assert rows.step(actions)[3].tolist() == [False] * 3
 
 
 def test_sb3_takes_the_rows_as_they_are(made):
@@ -131,55 +114,24 @@ def test_sb3_takes_the_rows_as_they_are(made):
 
 
 def test_random_steps_of_thirty_robots_stay_in_the_arena():
-    """No NaN, none through the wall or into another's hull, and memory does not grow."""
+    """No NaN, none through the wall, into another's hull or off the floor, and some touch."""
     swarm, rng = Swarm(checked(SwarmOptions, {"robots": 30, "observation": "state"})), np.random.default_rng(0)
     swarm.reset(dict(zip(swarm.agents, random_poses(rng, 30), strict=True)), rng, 0)
-    used = 0.0
     for step in range(200):
-        if step % 10 == 0:
-            for agent in swarm.agents.values():
-                agent.command(rng.uniform(-0.2, 1.0, 2))
+        for agent in swarm.agents.values() if step % 10 == 0 else ():
+            agent.command(rng.uniform(-0.2, 1.0, 2))
         swarm.advance(())
         places = np.array([(pose.x, pose.y, pose.heading) for pose in swarm.sim.poses.values()])
         assert np.isfinite(places).all() and np.hypot(*places[:, :2].T).max() < 0.45
         apart = np.hypot(*(places[:, None, :2] - places[None, :, :2]).transpose(2, 0, 1))
         assert apart[~np.eye(30, dtype=bool)].min() > 0.03  # contacts give way by some mm
         assert all(robot.height < 0.01 for robot in swarm.sim.robots.values())
-        if step == 100:
-            used = psutil.Process().memory_info().rss
-    assert psutil.Process().memory_info().rss - used < 5e6
-    assert any("wall" in pair for pair in swarm.touching) or swarm.touching
+    assert any(agent._touched for agent in swarm.agents.values())
     swarm.sim.close()
 
 
-def test_who_touches_whom():
-    swarm, rng = Swarm(checked(SwarmOptions, {"robots": 3, "observation": "state"})), np.random.default_rng(0)
-    swarm.reset({"robot0": Pose(0, 0, 0), "robot1": Pose(0.06, 0, 0), "robot2": Pose(-0.38, 0, np.pi)}, rng, 0)
-    for name in ("robot0", "robot2"):
-        swarm.agents[name].command((0.4, 0.4))
-    met = set()
-    for _ in range(20):
-        swarm.advance(())
-        met |= swarm.touching
-    swarm.sim.close()
-    assert met == {frozenset(("robot0", "robot1")), frozenset(("robot2", "wall"))}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"robots": 31}, "robots must be less than or equal to 30, got 31"),
-        ({"randomise": 0.5}, "randomise is for one robot"),
-        ({"robots": 2, "eyes": {"robot2": "ov7670"}}, "robots of robot0, robot1, got robot2"),
-    ],
-)
-def test_what_a_swarm_is_not(arguments, words):
-    with pytest.raises(ValueError, match=words):
-        checked(SwarmOptions, arguments)
-
-
-def test_an_action_is_of_each_agent(made):
-    env = made(robots=2, observation="state")
-    env.reset(seed=0)
-    with pytest.raises(error.InvalidAction, match="got none for robot1"):
-        env.step({"robot0": AHEAD})
+def test_what_a_swarm_is_not():
+    with pytest.raises(ValueError, match="randomise is for one robot"):
+        checked(SwarmOptions, {"randomise": 0.5})
+    with pytest.raises(ValueError, match="robots of robot0, robot1, got robot2"):
+        checked(SwarmOptions, {"robots": 2, "eyes": {"robot2": "ov7670"}})

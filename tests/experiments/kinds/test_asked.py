@@ -31,8 +31,6 @@ def asked_of_every_kind(folder):
         "watch": Asked(kind="watch", what=("plain",), seed=2, values={"plain.speed": 60}, **with_own),
         "measured": Asked(kind="measured", what=(str(log),)),
         "tuning": Asked(kind="tuning", options={"curves": ["size"]}, **with_own),
-        "swarm": Asked(kind="swarm", what=("traffic",), repeats=2, seed=6, models=("dsnn:n_con=6", str(model)),
-                       values={"swarm.robots": [2, 3], "camera.read_noise": 0}, options=SAVED),
         "sweep": Asked(kind="sweep", what=("general",), repeats=1, seed=1, options={"over": ["dsnn.t_sp=0.1,0.2"]}),
         "fit": Asked(kind="fit", what=("general",), options={"over": ["dsnn.t_sp=0.1..0.3"], "claims": ["C14"]}),
         "training": Asked(kind="training", what=("Fixation",), values={"robot": "colias4"}, options={"seeds": 2}),
