@@ -5,7 +5,7 @@ READY := .venv/.ready
 unexport PYTHONDONTWRITEBYTECODE
 
 # The figures that documentation quotes are checked by `release`, as `test` runs no hours of trials.
-.PHONY: run reproduce numbers fidelity release hero train policies test test-train test-fit test-live fuzz docs docs-quick playground lint types bench sizes setup lock clean
+.PHONY: run reproduce numbers fidelity release hero train policies test test-train test-fit test-live test-swarm fuzz docs docs-quick playground lint types bench sizes setup lock clean
 
 run: $(READY) ## The main job: the paper's speed tests, 40 trials
 	$(BIN)/colias run speed
@@ -87,6 +87,10 @@ test-live: $(READY) ## The tests of the page of colias live, which need the extr
 	sh tools/setup.sh --live
 	sh tools/setup.sh --browser
 	$(BIN)/python -m pytest tests/experiments/live
+
+test-swarm: $(READY) ## The tests of swarms as agents, which need the extra [swarm]
+	sh tools/setup.sh --swarm
+	$(BIN)/python -m pytest tests/colias_sim/envs/test_swarm.py
 
 test-train: $(READY) ## The tests of training, those too that need the extra [train]
 	sh tools/setup.sh --train

@@ -14,7 +14,7 @@ choose_backend()  # before anything below imports mujoco
 
 # ruff: noqa: E402
 from colias_sim.config import CameraConfig, EventConfig, RobotConfig, SceneConfig
-from colias_sim.envs import register_envs
+from colias_sim.envs import register_envs, swarm_env
 from colias_sim.gl import GLUnavailable
 from colias_sim.path import OpenLoop, PathFollower, Route, Schedule, Stretch, Tracker
 from colias_sim.pose import Pose, bearing
@@ -51,6 +51,7 @@ __all__ = [
     "__version__",
     "bearing",
     "register_envs",
+    "swarm_env",
 ]
 
 # The names whose modules import MuJoCo are looked up when they are first asked for, so that listing the envs, or

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -81,6 +82,8 @@ class Camera:
         The camera's settings.
     truth
         Whether it remembers what its pixels truly show, in ``rays``, which otherwise is ``None``.
+    offscreen
+        The framebuffer of another camera, from `cameras`; ``None`` for its own.
 
     Raises
     ------
@@ -90,7 +93,10 @@ class Camera:
         No OpenGL backend works.
     """
 
-    def __init__(self, model: mujoco.MjModel, name: str, config: CameraConfig, *, truth: bool = False) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, name: str, config: CameraConfig, *, truth: bool = False,
+        offscreen: Offscreen | None = None,
+    ) -> None:  # fmt: skip
         self.config = self._made_with = config
         self.rays = Rays(model, name, config) if truth else None
         self._steps = steps_per_frame(config.fps)
@@ -100,9 +106,12 @@ class Camera:
         self._last: Frame | None = None
         self._exposure_ms = config.exposure_ms
         self._lamps = Lamps(model) if needs_lamps(config) else None
-        bright = self._lamps is not None
-        self._offscreen = Offscreen(model, *render_shape(config), slots=slots_of(config), bright=bright)
-        self._sensor = Sensor(self._eye, self._offscreen, config)
+        if offscreen is None:
+            model.vis.quality.offsamples = config.multisample  # read by MjrContext alone
+            bright = self._lamps is not None
+            offscreen = Offscreen(model, *render_shape(config), slots=slots_of(config), bright=bright)
+        self.offscreen = offscreen
+        self._sensor = Sensor(self._eye, offscreen, config)
         # Of this frame and the next: exposure time (ms), and physics steps from its last row's end to the frame's end.
         self._planned = self._next_planned = self._plan(0.0)
 
@@ -114,7 +123,7 @@ class Camera:
 
     def close(self) -> None:
         """Free the OpenGL context."""
-        self._offscreen.close()
+        self.offscreen.close()
 
     def in_use(self) -> AbstractContextManager[Any]:
         """Keep the OpenGL context current in this thread, which saves time at each frame.
@@ -124,15 +133,17 @@ class Camera:
         context manager
             Others may draw in the meantime, but no other thread may use this camera.
         """
-        return self._offscreen.in_use()
+        return self.offscreen.in_use()
 
-    def copy(self, model: mujoco.MjModel) -> Camera:
+    def copy(self, model: mujoco.MjModel, offscreen: Offscreen) -> Camera:
         """Make a twin in a copy of the scene, which shares the OpenGL context and has no exposure yet.
 
         Parameters
         ----------
         model
             The copy.
+        offscreen
+            A twin of this camera's framebuffer, for the copy.
 
         Returns
         -------
@@ -143,8 +154,7 @@ class Camera:
         if self.rays is not None:
             twin.rays = Rays(model, model.camera(self._eye.fixedcamid).name, self._made_with)
         twin._lamps = None if self._lamps is None else Lamps(model)
-        twin._offscreen = self._offscreen.copy(model)
-        twin._sensor = Sensor(self._eye, twin._offscreen, self._made_with)
+        twin.offscreen, twin._sensor = offscreen, Sensor(self._eye, offscreen, self._made_with)
         twin._set_optics()
         return twin
 
@@ -197,7 +207,7 @@ class Camera:
         texture
             Its index in the model.
         """
-        self._offscreen.retexture(texture)
+        self.offscreen.retexture(texture)
 
     def restart(self, data: mujoco.MjData) -> None:
         """Start again with a still scene: discard everything, and reset the exposure time.
@@ -333,3 +343,34 @@ class Camera:
             return light
         blurred = cv2.sepFilter2D(light, cv2.CV_32F, self._kernel, self._kernel, borderType=cv2.BORDER_REPLICATE)
         return np.asarray(blurred, np.float32)
+
+
+def cameras(model: mujoco.MjModel, eyes: Mapping[str, CameraConfig], *, truth: bool = False) -> dict[str, Camera]:
+    """Make the cameras of several robots.
+
+    Those whose framebuffers would be alike share one, and with it the textures in OpenGL's memory. Each view is drawn
+    into the same corner and read before the next: at another place OpenGL rounds some pixels otherwise, so that a
+    frame would depend on how many robots see.
+
+    Parameters
+    ----------
+    model
+        The compiled scene.
+    eyes
+        Name of a robot -> settings of its camera.
+    truth
+        As for `Camera`.
+
+    Returns
+    -------
+    dict of str to Camera
+        The cameras by the robot's name.
+    """
+    shared: dict[tuple[object, ...], Offscreen] = {}
+    made = {}
+    for name, config in eyes.items():
+        banded = slots_of(config) > 1  # its bands of rows wait unread in the framebuffer
+        alike = render_shape(config), config.multisample, needs_lamps(config), name if banded else ""
+        made[name] = Camera(model, f"{name}/eye", config, truth=truth, offscreen=shared.get(alike))
+        shared[alike] = made[name].offscreen
+    return made

@@ -65,8 +65,9 @@ def timestep(fps: float) -> float:
 
 
 def compose(
-    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], *, fence: bool = False
-) -> mujoco.MjSpec:
+    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], *, fence: bool = False,
+    eyes: Mapping[str, CameraConfig] | None = None,
+) -> mujoco.MjSpec:  # fmt: skip
     """Compose an arena and robots into one MuJoCo specification.
 
     Parts of a robot called ``stimulus`` have the names ``stimulus/base``, ``stimulus/eye`` and so on.
@@ -79,6 +80,8 @@ def compose(
         Name -> variant (``colias``, ``colias_black``, ...) of each robot.
     fence
         Whether robots collide with the wall; otherwise the wall is only visible.
+    eyes
+        Name -> settings of the camera of robots that have not ``camera``.
 
     Returns
     -------
@@ -98,7 +101,7 @@ def compose(
     if any(variant not in list(ROBOTS) for variant in robots.values()):
         raise ValueError(f"robots are {dict(robots)}: variants are {', '.join(ROBOTS)}")
     for name, variant in robots.items():
-        child = robot_spec(variant, robot, camera, scene)
+        child = robot_spec(variant, robot, (eyes or {}).get(name, camera), scene)
         child.option.timestep = spec.option.timestep
         spec.worldbody.add_frame().attach_body(child.body("base"), f"{name}/", "")
     if fence:
@@ -107,8 +110,9 @@ def compose(
 
 
 def compile_model(
-    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], *, fence: bool = False
-) -> mujoco.MjModel:
+    scene: SceneConfig, robot: RobotConfig, camera: CameraConfig, robots: Mapping[str, str], *, fence: bool = False,
+    eyes: Mapping[str, CameraConfig] | None = None,
+) -> mujoco.MjModel:  # fmt: skip
     """Compose and compile a scene, and set antialiasing and the contrast of the wall's texture.
 
     The parameters are those of `compose`.
@@ -124,7 +128,7 @@ def compile_model(
         As in `compose`. Also, MuJoCo cannot compile the arena, or it does not fit into the room.
     """
     size = scene.wall_cm / ARENA_RADIUS_CM
-    model = _compiled(compose(scene, robot, camera, robots, fence=fence), scene.arena, size)
+    model = _compiled(compose(scene, robot, camera, robots, fence=fence, eyes=eyes), scene.arena, size)
     if any(kind in ROUND for kind in model.geom_type[model.geom_group != COLLISION_GROUP]):
         model.vis.quality.numstacks = ROUND_STACKS
     model.vis.quality.offsamples = camera.multisample

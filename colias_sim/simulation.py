@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, groupby, pairwise, product
@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from pydantic import validate_call
 
-from colias_sim.camera import Camera, Frame
+from colias_sim.camera import Camera, Frame, cameras
 from colias_sim.config import CameraConfig, EventConfig, RobotConfig, SceneConfig
 from colias_sim.event_camera import EventCamera
 from colias_sim.exposure import Render
@@ -44,7 +44,7 @@ TRIAL_ROBOTS = {"observer": "colias", "stimulus": "colias_black"}
 
 
 class Simulation:
-    """A compiled scene with its robots, one of which sees. Use it in a ``with`` statement, or close it.
+    """A compiled scene with its robots, any of which may see. Use it in a ``with`` statement, or close it.
 
     Only `reset` and `step` draw random numbers, and only from the generators that you pass. So equal seeds give equal
     frames, in any process of a machine and after any number of earlier trials.
@@ -61,21 +61,25 @@ class Simulation:
         Name -> variant of each robot, from `scenes.ROBOTS`. ``None`` for a trial's robots: ``observer``, a ``colias``,
         and ``stimulus``, a ``colias_black``.
     eye_of
-        Name of the robot that sees. It drives.
+        Name of the robot that sees, and whose frame `step` returns. It drives.
     fence
         Whether robots collide with the wall.
     seeing
         Whether there is a camera. Without one nothing is rendered, and only `advance` moves the simulation forward.
     truth
         Whether to remember the last frames for `truth`. It changes no frame.
+    eyes
+        Names of the robots that see, if these are several, or name -> settings of their cameras. All have one frame
+        rate. `step` returns the frame of ``eye_of``, or of the first if that is none of them.
     events
         The settings of an event camera in the place of that of ``eye_of``, or a dictionary of them; ``None``: there is
-        none. It changes no frame.
+        none. It changes no frame. With it at most one robot sees.
 
     Raises
     ------
     ValueError
-        The arena or a variant is unknown, the arena is refused, or ``eye_of`` is none of the driving robots.
+        The arena or a variant is unknown, the arena is refused, a robot that is to see is none of the driving ones, or
+        cameras differ in their frame rates.
     colias_sim.GLUnavailable
         No OpenGL backend works, unless ``seeing`` is false.
 
@@ -103,26 +107,35 @@ class Simulation:
         fence: bool = False,
         seeing: bool = True,
         truth: bool = False,
+        eyes: Mapping[str, CameraConfig] | Sequence[str] | None = None,
         events: EventConfig | None = None,
     ) -> None:
         robot, camera, self.scene = robot or RobotConfig(), camera or CameraConfig(), scene or SceneConfig()
-        self.camera_config = camera
+        named = (eye_of,) if eyes is None else eyes
+        seen_by = {name: named[name] if isinstance(named, Mapping) else camera for name in named} if seeing else {}
+        self.eye_of = eye_of if not seen_by or eye_of in seen_by else next(iter(seen_by))
+        self.camera_config = camera = seen_by.get(self.eye_of, camera)
+        if any(other.fps != camera.fps for other in seen_by.values()):
+            rates = ", ".join(f"{name} {other.fps:g}" for name, other in seen_by.items())
+            raise ValueError(f"eyes must have one frame rate, as frames end together, got {rates}")
         variants = dict(TRIAL_ROBOTS if robots is None else robots)
         self._robot, self._variants = robot, variants
-        self._bind(compile_model(self.scene, robot, camera, variants, fence=fence))
+        self._bind(compile_model(self.scene, robot, camera, variants, fence=fence, eyes=seen_by))
         self.obstacles = obstacles(self.model)
         self.frame_interval = 1.0 / camera.fps
         self._steps, self._command_steps = steps_per_frame(camera.fps), steps_per_command(camera.fps)
         self.command_interval = self._command_steps * timestep(camera.fps)
         self._lamps = self.model.light_ambient.copy(), self.model.light_diffuse.copy()
         self.wall_turn = 0.0
-        if seeing and eye_of not in self.robots:
-            raise ValueError(f"eye_of must be one of {', '.join(self.robots)}, got {eye_of}")
-        self.eye_of = eye_of
-        eyes = [eye_of] if seeing else []
-        self.cameras = {name: Camera(self.model, f"{name}/eye", camera, truth=truth) for name in eyes}
-        self.event_camera = None if events is None else EventCamera(self.model, f"{eye_of}/eye", camera, events)
-        settings = (self.scene, robot, camera, variants, eye_of, fence, seeing, truth, self.model.signature)
+        if blind := next((name for name in seen_by if name not in self.robots), None):
+            what = "eye_of" if eyes is None else "eyes"
+            raise ValueError(f"{what} must be one of {', '.join(self.robots)}, got {blind}")
+        if events is not None and len(seen_by) > 1:
+            raise ValueError(f"eyes must be one robot where there is an event camera, got {', '.join(seen_by)}")
+        self.cameras = cameras(self.model, seen_by, truth=truth)
+        one = None if events is None else EventCamera(self.model, f"{self.eye_of}/eye", camera, events)
+        self.event_camera = one
+        settings = (self.scene, robot, seen_by or camera, variants, self.eye_of, fence, truth, self.model.signature)
         self._kind = "Simulation", repr(settings)
 
     def _bind(self, model: mujoco.MjModel) -> None:
@@ -166,7 +179,7 @@ class Simulation:
             The robot does not see.
         """
         if name not in self.cameras:
-            raise ValueError(f"{name} has no camera: make the Simulation with eye_of='{name}', seeing=True")
+            raise ValueError(f"{name} has no camera: make the Simulation with eyes=('{name}',), seeing=True")
         return self.cameras[name]
 
     def pose(self, name: str) -> Pose:
@@ -250,7 +263,8 @@ class Simulation:
         """
         twin = copy.copy(self)
         twin._bind(copy.copy(self.model))
-        twin.cameras = {name: camera.copy(twin.model) for name, camera in self.cameras.items()}
+        twins = {one: one.copy(twin.model) for one in {camera.offscreen for camera in self.cameras.values()}}
+        twin.cameras = {name: camera.copy(twin.model, twins[camera.offscreen]) for name, camera in self.cameras.items()}
         twin.set_state(self.get_state())
         return twin
 
@@ -365,13 +379,41 @@ class Simulation:
         self.advance(control)
         return self.camera(self.eye_of).develop(rng, self.data.time)
 
-    def truth(self, since: int = 1) -> Truth:
-        """Return what each pixel of the last frame of the robot ``eye_of`` truly shows.
+    def step_all(
+        self, rngs: Mapping[str, np.random.Generator], control: Control | None = None
+    ) -> dict[str, Frame]:  # fmt: skip
+        """Advance by one frame, and return what several robots see.
+
+        Parameters
+        ----------
+        rngs
+            Name of a robot -> generator of its camera's noise, of its dropped frames and its jitter. Other cameras
+            discard this frame without drawing it.
+        control
+            The controller; ``None`` leaves all commands as they are.
+
+        Returns
+        -------
+        dict of str to Frame
+            The frames that end now, by the names in ``rngs``.
+
+        Raises
+        ------
+        ValueError
+            A robot does not see.
+        """
+        self.advance(control, look=rngs.keys())
+        return {name: self.camera(name).develop(rng, self.data.time) for name, rng in rngs.items()}
+
+    def truth(self, since: int = 1, robot: str | None = None) -> Truth:
+        """Return what each pixel of a robot's last frame truly shows.
 
         Parameters
         ----------
         since
             How many frames ago the frame before it was, 1 to 6.
+        robot
+            Name of the robot; ``None`` for ``eye_of``.
 
         Returns
         -------
@@ -381,14 +423,14 @@ class Simulation:
         Raises
         ------
         ValueError
-            ``since`` is out of range, or the simulation was made without ``truth=True``.
+            ``since`` is out of range, the robot does not see, or the simulation was made without ``truth=True``.
         """
-        rays = self.camera(self.eye_of).rays
+        rays = self.camera(robot or self.eye_of).rays
         if rays is None:
             raise ValueError("this simulation remembers no truth: make the Simulation with truth=True")
         return rays.truth(since)
 
-    def advance(self, control: Control | None = None, *, look: bool = True) -> None:
+    def advance(self, control: Control | None = None, *, look: bool | Collection[str] = True) -> None:
         """Advance by one frame without developing it; call ``develop`` of a camera for its frame.
 
         Parameters
@@ -396,10 +438,12 @@ class Simulation:
         control
             The controller; ``None`` leaves all commands as they are.
         look
-            Whether to render. The physics are the same either way.
+            Whether to render, or the names of the robots for which to. The physics are the same either way.
         """
+        looking = self.cameras.keys() & look if isinstance(look, Collection) else self.cameras if look else ()
         due = tuple(
-            (name, one.renders if look or one.rays else (), one.next_renders) for name, one in self.cameras.items()
+            (name, one.renders if name in looking or one.rays else (), one.next_renders)
+            for name, one in self.cameras.items()
         )
         for steps, command, renders in _events(self._steps, self._command_steps, due):
             if command and control is not None:
@@ -416,13 +460,13 @@ class Simulation:
                 mujoco.mj_camlight(self.model, self.data)
                 for name, render in renders:
                     camera = self.cameras[name]
-                    if look or render.ahead:
+                    if name in looking or render.ahead:
                         camera.expose(self.data, render)
                     if camera.rays is not None:
                         camera.rays.note(self.data, render)
-        for camera in self.cameras.values():
+        for name, camera in self.cameras.items():
             camera.collect()
-            if not look:
+            if name not in looking:
                 camera.skip()
 
 

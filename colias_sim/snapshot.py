@@ -30,6 +30,6 @@ from an episode's draw."""
 
 SETTINGS = (
     "options render_mode metadata spec observation_space action_space _camera _robot _fastest _half_view _made_with"
-    " _kind _renderer _apparatus _body _closed _sim _observer _hull _model _responses _events _senses_events"
+    " _kind _renderer _apparatus _body _closed _sim _observer _hull _model _responses _events"
 )
 """Attributes of an env that are no state, or are saved by their own methods. All that a subclass adds is state."""

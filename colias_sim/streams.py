@@ -2,10 +2,10 @@
 
 ``world`` is Gymnasium's own generator. It draws the starts of all robots, the driving of the other robots, light,
 randomisation by strength and disturbances. One draw from the world, ``episode``, seeds the streams that must not change
-the world. ``film`` is the generator of the camera's noise, so an episode does not depend on the observation. ``factor``
-is a generator for each factor that is randomised within a range, so no factor changes another's draws. ``clearing``
-draws new starts for robots that a reset's options displace. ``sensor`` is the generator of an event camera. Trials pass
-their own generators to `Simulation.reset` and `Simulation.step`.
+the world. ``film`` is the generator of a camera's noise, so an episode does not depend on the observation; each robot
+that sees has its own. ``factor`` is a generator for each factor that is randomised within a range, so no factor changes
+another's draws. ``clearing`` draws new starts for robots that a reset's options displace. ``sensor`` is the generator
+of an event camera. Trials pass their own generators to `Simulation.reset` and `Simulation.step`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ _FACTORS = 4
 """First word of the spawn keys of factors; a factor's name is the rest of its key."""
 _CLEARING = 5
 """The spawn key of `clearing`."""
+_FILMS = 6
+"""First word of the spawn keys of the films of all robots but the first."""
 _SENSOR = 80
 """The spawn key of `sensor`."""
 
@@ -31,9 +33,12 @@ def episode(drawn_from: np.random.Generator) -> int:
     return int(drawn_from.integers(2**63))
 
 
-def film(episode: int) -> np.random.Generator:
-    """Make the camera's generator for an episode, from the seed that `episode` drew."""
-    return np.random.default_rng(episode)
+def film(episode: int, robot: int = 0) -> np.random.Generator:
+    """Make a camera's generator for an episode, from the seed that `episode` drew, of the robot with this number.
+
+    That of robot 0 is the single envs', and none depends on how many robots there are.
+    """
+    return np.random.default_rng(np.random.SeedSequence(episode, spawn_key=(_FILMS, robot)) if robot else episode)
 
 
 def factor(episode: int, name: str) -> np.random.Generator:

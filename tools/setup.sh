@@ -92,6 +92,13 @@ if [ "${1:-}" = --live ]; then # the extra [live], which the lock leaves out: in
     exit 0
 fi
 
+if [ "${1:-}" = --swarm ]; then # the extra [swarm], which the lock leaves out: into the .venv that is there
+    "$venv/bin/python" -c 'import pettingzoo' 2>/dev/null && exit 0
+    say "installing PettingZoo (some 1 MB)"
+    "$venv/bin/python" -m pip install -q --disable-pip-version-check -e '.[swarm]' --no-build-isolation
+    exit 0
+fi
+
 if [ "${1:-}" = --train ]; then # the extra [train], which the lock leaves out: into the .venv that is there
     "$venv/bin/python" -c 'import stable_baselines3, torch' 2>/dev/null && exit 0
     torch=2.13.0

@@ -102,7 +102,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 
@@ -110,14 +110,19 @@ from colias_sim.envs.avoidance import Avoidance
 from colias_sim.envs.base import ColiasEnv
 from colias_sim.envs.fixation import Fixation
 from colias_sim.envs.measures import COLLISIONS, RETURN
+from colias_sim.envs.options import checked
 from colias_sim.envs.optomotor import Optomotor
 from colias_sim.envs.pursuit import Pursuit
 from colias_sim.envs.randomise import FACTORS, PRESETS
 from colias_sim.envs.senses import NEURAL
 from colias_sim.envs.state import Other, State
+from colias_sim.envs.swarm import SwarmOptions
+
+if TYPE_CHECKING:
+    from colias_sim.envs.parallel import SwarmEnv
 
 __all__ = [
-    "COLLISIONS", "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "Other", "State", "register_envs",
+    "COLLISIONS", "ENVS", "FACTORS", "NEURAL", "PRESETS", "RETURN", "Other", "State", "register_envs", "swarm_env",
 ]  # fmt: skip
 
 ENVS: Mapping[str, type[ColiasEnv[Any]]] = MappingProxyType(
@@ -138,3 +143,46 @@ def register_envs() -> None:
                 # every later step fails in the checker. The tests run `check_env` on each env instead.
                 disable_env_checker=True,
             )
+
+
+def swarm_env(**arguments: Any) -> SwarmEnv:
+    """Make PettingZoo's parallel env of many robots that all see.
+
+    It is `Avoidance` for many: each robot drives about, its reward is its speed along its heading as a share of the
+    maximum, and -10 when its hull touches anything. With that its own episode ends.
+
+    Parameters
+    ----------
+    **arguments
+        The fields of `colias_sim.envs.swarm.SwarmOptions`: ``robots``, ``observation``, ``actions``, ``model``,
+        ``crash`` and so on, as of the single envs.
+
+    Returns
+    -------
+    SwarmEnv
+        The env, with the agents ``robot0``, ``robot1`` and so on.
+
+    Raises
+    ------
+    ValueError
+        An argument is unknown or out of range, the vision model cannot be built, or the arena is refused.
+    ImportError
+        PettingZoo is not installed, the extra ``[swarm]``.
+    colias_sim.GLUnavailable
+        No OpenGL backend works.
+
+    Examples
+    --------
+    >>> import colias_sim
+    >>> env = colias_sim.swarm_env(robots=3, observation="state")
+    >>> observations, infos = env.reset(seed=0)
+    >>> sorted(observations)
+    ['robot0', 'robot1', 'robot2']
+    >>> env.close()
+    """
+    options = checked(SwarmOptions, arguments)
+    try:
+        from colias_sim.envs.parallel import SwarmEnv
+    except ModuleNotFoundError as error:
+        raise ImportError("swarm_env needs PettingZoo: pip install 'colias-sim[swarm]'") from error
+    return SwarmEnv(options)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium import error, spaces
+from gymnasium import error
 
 from colias_sim.config import SceneConfig
 from colias_sim.envs.geometry import gap_to_arena, given_poses, moved, placed
@@ -23,18 +23,15 @@ from colias_sim.envs.options import EnvOptions, Options, checked
 from colias_sim.envs.randomise import FACTORS, USUAL, Values as Factors, apparatus_with, camera_ends, draw, given_values
 from colias_sim.envs.scripted import Driver
 from colias_sim.envs.senses import (
-    MANOEUVRES,
     NEURAL,
-    Model,
     PastResponse,
-    Response,
     action_space,
     build_model,
-    neural_observation,
     observation_space,
+    senses_events,
+    wheels_of,
 )
 from colias_sim.envs.world import OBSERVER, TARGET, World, parked_robots
-from colias_sim.events import Events, event_counts, joined
 from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, bearing
 from colias_sim.snapshot import PARTS, SETTINGS
@@ -116,15 +113,14 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self.action_space = action_space(options.actions)
         model = build_model(options.model, shape)  # built even if unused, so that a wrong name is an error
         self._model = model if options.observation in ("neural", "both") else None
-        self._senses_events = getattr(self._model, "senses", "") == "events"
-        self._luma: npt.NDArray[np.uint8] = np.zeros(shape, np.uint8)
+        self._luma = np.zeros(shape, np.uint8)
         self._luma.flags.writeable = False
         # The camera is made for the upper ends of all ranges, which need the most memory.
         self._made_with = camera_ends(camera, robot, options.randomise)[1]
         sim = Simulation(
             robot, self._made_with, SceneConfig(arena=options.arena), {OBSERVER: "colias", **others},
             fence=True, seeing=options.observation != "state", truth=options.truth,
-            events=options.events if self._senses_events or options.observation == "events" else None,
+            events=options.events if senses_events(self._model) or options.observation == "events" else None,
         )  # fmt: skip
         super().__init__(sim, OBSERVER)
         self._renderer: Renderer | None = None
@@ -193,16 +189,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
             (2,), likewise.
         """
         return wheels
-
-    def _measures(self) -> dict[str, Any]:
-        """Compute the entries of ``info`` that only this env has.
-
-        Returns
-        -------
-        dict
-            Name -> value; names end in their units.
-        """
-        return {}
 
     def measured(self, infos: Mapping[str, Values]) -> dict[str, float | None]:
         """Compute the ``columns`` of an episode; ``None`` where one has no value.
@@ -318,11 +304,10 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         self._check_open()
         if not self._running:
             raise error.ResetNeeded("step() before reset(), or after the episode's end: call reset() first")
-        self._wheels = self._steer(self._wheels_of(action))
+        self._wheels = self._steer(wheels_of(self.action_space, action))
         (left, right), (left_gain, right_gain) = self._wheels.tolist(), self._wheel_gains
         self._command = left * self._fastest * left_gain, right * self._fastest * right_gain
-        self._responses: list[Response] = []
-        self._events: list[Events] = []
+        self._responses, self._events = [], []
         self._driven = 0.0
         terms: dict[str, float] = {}
         skip, processor = self.options.frames_per_step, self.options.processor
@@ -461,26 +446,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     # Read-only views, for recordings and baselines.
 
     @property
-    def luma(self) -> npt.NDArray[np.uint8]:
-        """The last frame, (R, C) uint8, read-only; zeros with ``observation="state"``."""
-        return self._luma
-
-    @property
-    def model(self) -> Model | None:
-        """The vision model of neural observations; ``None`` with other observations."""
-        return self._model
-
-    @property
-    def events(self) -> Events:
-        """The events of the last step, (N,) of ``colias_sim.events.EVENT``; none without an event camera."""
-        return joined(self._events)
-
-    @property
-    def response(self) -> Response | None:
-        """The vision model's response to the last frame; ``None`` without a model."""
-        return self._responses[-1] if self._responses else None
-
-    @property
     def wheels(self) -> Wheels:
         """The last command to the wheels, (2,): left and right, as shares of the maximum."""
         return self._wheels
@@ -516,17 +481,6 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Compute the reward's term for motor effort: -0.05 times the mean square of the two wheels."""
         left, right = self._wheels
         return -0.05 * float((left * left + right * right) / 2)
-
-    def _wheels_of(self, action: Any) -> Wheels:
-        """Convert an action to wheel speeds: (2,), left and right, as shares of the maximum, in [-1, 1]."""
-        if isinstance(self.action_space, spaces.Discrete):
-            if not self.action_space.contains(action):
-                raise error.InvalidAction(f"an action must be from 0 to {self.action_space.n - 1}, got {action!r}")
-            return np.array(list(MANOEUVRES.values())[int(action)], np.float32)
-        wheels = np.asarray(action, np.float32)
-        if wheels.shape != (2,) or np.isnan(wheels).any():
-            raise error.InvalidAction(f"an action must be two numbers, for the wheels left and right, got {action!r}")
-        return np.minimum(np.maximum(wheels, np.float32(-1.0)), np.float32(1.0))
 
     def _equip(self, drawn: Factors) -> Factors:
         """Set the apparatus to an episode's draw; return the values of all factors that are no settings."""
@@ -564,35 +518,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """Advance the world by one frame; with ``look``, develop the camera's frame; the model may take it."""
         self._advance(look)
         if look and self._sim.seeing:
-            self._luma = self._sim.camera(self._observer.name).develop(self._film, self._sim.data.time).luma
-        if taken and self._sim.event_camera:
-            self._events.append(self._sim.event_camera.take())
-        if taken and self._model is not None:
-            self._responses.append(self._model.step(self._events[-1] if self._senses_events else self._luma))
-
-    def _observation(self) -> Any:
-        match self.options.observation:
-            case "state":
-                return self.state.vector()
-            case "neural":
-                return neural_observation(self._responses)
-            case "events":
-                return event_counts(self.events, self._luma.shape)
-        pixels = self._luma[..., None].copy()  # a copy that the agent may modify
-        if self.options.observation == "pixels":
-            return pixels
-        return {"pixels": pixels, "neural": neural_observation(self._responses)}
-
-    def _info(self, terms: Mapping[str, float]) -> dict[str, Any]:
-        """Collect the reward's terms as ``reward_...``, and the measures, whose names end in their units."""
-        rewards = {f"reward_{name}": value for name, value in terms.items()}
-        return {**rewards, **self._motion(), **self._measures(), **self._true_motion()}
-
-    def _true_motion(self) -> dict[str, float]:
-        """Summarise what truly moved in the last frame: the robots that drive, or the wall where none does."""
-        if not self.options.truth:
-            return {}
-        return self.truth().columns(set(self._sim.robots) - {self._observer.name} or {"wall"})
+            self._look(taken)
 
     def _check_open(self) -> None:
         if self._closed:

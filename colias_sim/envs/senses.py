@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
+from gymnasium import error, spaces
 
 from colias_sim.envs.state import OTHER_ENTRIES, OWN_ENTRIES
 
@@ -117,6 +117,11 @@ def build_model(model: Any, shape: tuple[int, int]) -> Model:
     return built
 
 
+def senses_events(model: Model | None) -> bool:
+    """Say whether a model receives the events of an event camera in place of a frame."""
+    return getattr(model, "senses", "") == "events"
+
+
 def neural_observation(responses: Sequence[Response]) -> npt.NDArray[np.float32]:
     """Encode the model's responses to the frames of one step as the observation ``neural``.
 
@@ -181,3 +186,33 @@ def action_space(actions: str) -> spaces.Space[Any]:
         ``Box`` (2,) float32 in [-1, 1], or ``Discrete`` over `MANOEUVRES`.
     """
     return spaces.Discrete(len(MANOEUVRES)) if actions == "manoeuvres" else spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+
+def wheels_of(space: spaces.Space[Any], action: Any) -> npt.NDArray[np.float32]:
+    """Convert an action to wheel speeds.
+
+    Parameters
+    ----------
+    space
+        From `action_space`.
+    action
+        Two wheel speeds, or the number of a manoeuvre.
+
+    Returns
+    -------
+    ndarray
+        (2,) float32: left and right, as shares of the maximum, cut to [-1, 1].
+
+    Raises
+    ------
+    gymnasium.error.InvalidAction
+        The action is not a pair of numbers, a number is NaN, or the manoeuvre is unknown.
+    """
+    if isinstance(space, spaces.Discrete):
+        if not space.contains(action):
+            raise error.InvalidAction(f"an action must be from 0 to {space.n - 1}, got {action!r}")
+        return np.array(list(MANOEUVRES.values())[int(action)], np.float32)
+    wheels = np.asarray(action, np.float32)
+    if wheels.shape != (2,) or np.isnan(wheels).any():
+        raise error.InvalidAction(f"an action must be two numbers, for the wheels left and right, got {action!r}")
+    return np.minimum(np.maximum(wheels, np.float32(-1.0)), np.float32(1.0))

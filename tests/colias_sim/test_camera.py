@@ -37,7 +37,7 @@ def test_luma_is_bt601():
         for channel, weight in enumerate((0.299, 0.587, 0.114)):
             rgb = np.zeros((72, 99, 3), np.uint8)
             rgb[..., channel] = 255
-            with patch.object(camera._offscreen, "render", return_value=rgb):
+            with patch.object(camera.offscreen, "render", return_value=rgb):
                 camera.expose(sim.data)
             assert camera.develop(np.random.default_rng(0), 0.0).luma[0, 0] == pytest.approx(255 * weight, abs=1)
 

@@ -117,7 +117,7 @@ def photographs(camera: CameraConfig, render: npt.NDArray[np.uint8], count: int 
     rng, frames = np.random.default_rng(0), []
     with (
         Simulation(camera=camera) as sim,
-        patch.object(sim.camera("observer")._offscreen, "render", return_value=render),
+        patch.object(sim.camera("observer").offscreen, "render", return_value=render),
     ):
         for _ in range(count):
             sim.camera("observer").expose(sim.data)

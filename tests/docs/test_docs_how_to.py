@@ -17,5 +17,7 @@ NAMES = [called(page) for page in sorted((DOCS / "how-to").glob("*.md")) if page
 def test_a_page_runs_as_pasted(name, chapter):
     if name == "how-to/view-and-video.md":
         pytest.importorskip("imageio_ffmpeg")
+    if name == "how-to/many-robots.md":
+        pytest.importorskip("pettingzoo")
     film(Path("street.mp4"), street(150.0), codec="mp4v")  # stands for the reader's film
     chapter(name)

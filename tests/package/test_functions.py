@@ -13,7 +13,7 @@ MOST_LINES = 50
 HEAVY = frozenset({
     "OpenGL", "av", "cffi", "cv2", "distributed", "gymnasium", "imageio_ffmpeg", "importlib.metadata", "jinja2", "loky",
     "matplotlib", "mujoco", "numpy", "numpydoc", "optuna", "polars", "pydantic", "pydantic_core", "rerun", "rich",
-    "onnxruntime", "scipy", "stable_baselines3", "torch", "trimesh", "typer", "viser",
+    "onnxruntime", "pettingzoo", "scipy", "stable_baselines3", "torch", "trimesh", "typer", "viser",
 })  # fmt: skip
 """Libraries that take time to load. A function may import them, and modules of ours that load one."""
 BEFORE_ALL = ("experiments", "experiments.cli.entry")

@@ -48,7 +48,7 @@ REST = {
     "ParkedRobot": "name _pos _quat",
     "Motors": "_config _step",
     "MotorBoard": "_slot _serial",
-    "Camera": "_made_with _steps _eye _lamps _offscreen _renders_of _falloff _tone _noise _kernel",
+    "Camera": "_made_with _steps _eye _lamps offscreen _renders_of _falloff _tone _noise _kernel",
     "Rays": "_model _data _eye _own _steps _focal _step_ms shape _places _middle _axial _directions _robots _geoms"
     " _robot_of _body_of",
     "Sensor": "_eye _offscreen _grey _strips",
