@@ -76,14 +76,3 @@ def test_a_restored_simulation_has_every_camera_as_it_was():
         assert ahead(new, 9) == ahead(twin, 9) == expected
         with Simulation(eyes=EYES, **made) as other, pytest.raises(ValueError, match="must be"):
             other.set_state(state)
-
-
-def test_eyes_that_cannot_be_are_refused():
-    rates = {"a": CameraConfig(), "b": CameraConfig(fps=60.0)}
-    for asked, words in (
-        ({"eyes": ("a", "z")}, "must be one of a, b, c, d, got z"),
-        ({"eyes": rates}, "one frame rate.* got a 30, b 60"),
-        ({"eyes": ("a", "b"), "events": {}}, "must be one robot where there is an event camera, got a, b"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            Simulation(robots=ROBOTS, **asked)

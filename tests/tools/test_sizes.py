@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 import pytest
 
 from tools import sizes
-from tools.sizes import code_lines, names
+from tools.sizes import code_lines
 
 SOURCE = (
     '"""A module\nof two lines."""\n\nimport math  # why\n\n\nX = (\n    1,\n)\n"""What X is."""\n\n\n'
@@ -18,12 +18,6 @@ SOURCE = (
 def test_docstrings_comments_and_blank_lines_are_no_code():
     assert code_lines(SOURCE) == 1 + 3 + 4  # the import, the constant, the function with a text of two lines
     assert code_lines(SOURCE + '# a comment\n\n"""A text that stands alone."""\n') == code_lines(SOURCE)
-
-
-def test_records_public_names_and_options_are_counted():
-    source = "@dataclass\nclass Point: ...\nclass Row(TypedDict): ...\n_HIDDEN = typer.Option(0)\n"
-    source += "SHOWN = 1\ndef draw(): ..."
-    assert names(source) == {"record types": 2, "public names": 4, "options": 1}
 
 
 def test_the_product_is_all_but_tests_and_data_and_above_a_ceiling_the_check_fails(monkeypatch):

@@ -128,10 +128,3 @@ def test_random_steps_of_thirty_robots_stay_in_the_arena():
         assert all(robot.height < 0.01 for robot in swarm.sim.robots.values())
     assert any(agent._touched for agent in swarm.agents.values())
     swarm.sim.close()
-
-
-def test_what_a_swarm_is_not():
-    with pytest.raises(ValueError, match="randomise is for one robot"):
-        checked(SwarmOptions, {"randomise": 0.5})
-    with pytest.raises(ValueError, match="robots of robot0, robot1, got robot2"):
-        checked(SwarmOptions, {"robots": 2, "eyes": {"robot2": "ov7670"}})

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from experiments import ClipFigure
-from experiments.draw.clips import course_finding, direction_finding, draw, threshold_finding, with_responses
+from experiments.draw.clips import course_finding, direction_finding, draw, with_responses
 from tests.helpers.figure_rows import clip_frames, clip_trials, threshold
 
 RENDERED = True
@@ -63,15 +63,6 @@ def test_the_direction_is_found_where_the_largest_potential_has_it():
     assert " 0 of 3 " in direction_finding(trials.with_columns(peak_vs=1.0), THRESHOLDS), "VS is larger"
     both = trials.with_columns(peak_hs=0.5, trough_hs=-0.5)
     assert " 0 of 3 " in direction_finding(both, THRESHOLDS), "HS is as large either way"
-
-
-def test_a_title_counts_the_trials_that_reach_their_own_model_s_threshold():
-    trials = with_responses(clip_trials(MODELS, SHOWN))
-    limits = {"dsnn": 0.55, "emd": None, "lgmd1": trials.filter(model="lgmd1")["peak_looming"].median()}
-    rows = [row for row in trials.to_dicts() if limits.get(row["model"]) is not None]
-    reached = [row["model"] for row in rows if max(row["hs"], row["peak_looming"]) >= limits[row["model"]]]
-    found = list(map(int, re.findall(r"\d+", threshold_finding(trials, limits))))
-    assert found == [len(reached), len(rows), sum(reached.count(name) == len(rows) / 2 for name in limits), 2]
 
 
 @pytest.mark.parametrize(("models", "count"), [(MODELS, 2), (MODELS[:2], 16)])

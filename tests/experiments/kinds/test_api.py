@@ -8,7 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import polars as pl
 import pytest
 
@@ -170,10 +169,3 @@ def test_wrong_uses_are_one_line(what, tmp_path, monkeypatch):
         WRONG[what]()
     assert "\n" not in str(refused.value)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_checks_may_come_one_by_one():
-    """An iterator can be read only once; the verdict is that of the list."""
-    checks = [experiments.Check("too few", 1.0, 2.0), experiments.Check("enough", 3.0, 2.0)]
-    assert experiments.decide(iter(checks)) == experiments.decide(checks) == (False, "too few (needs above 2)")
-    assert experiments.decide([experiments.Check("enough", np.float32(3.0), 2)])[0]

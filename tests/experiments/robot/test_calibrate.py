@@ -10,16 +10,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from colias_sim import CameraConfig, Pose, Simulation
-from colias_sim.calibrate import (
-    control_zone,
-    exposure_loop,
-    leaning,
-    noise_levels,
-    photon_transfer,
-    row_time_us,
-    unsteadiness,
-)
+from colias_sim import CameraConfig, Pose, Simulation, calibrate
+from colias_sim.calibrate import control_zone, exposure_loop, leaning, noise_levels, photon_transfer
 from experiments.cli import main
 from experiments.store.recordings import write_pictures
 from tests.colias_sim.views import AWAY, LENS, PLAIN, ROLLING, STILL, crossing
@@ -50,7 +42,7 @@ def test_the_row_time_comes_back():
     for factor in (1.0, 1.1):
         camera = dataclasses.replace(ROLLING, row_time_us=factor * ROLLING.row_time_us)
         leans, speeds = zip(*leaning(crossed(camera), camera.fps), strict=True)
-        measured = row_time_us(leans, speeds)
+        measured = calibrate.row_time_us(leans, speeds)
         assert (measured == pytest.approx(ROLLING.row_time_us, rel=0.05)) is (factor == 1.0)
 
 
@@ -109,8 +101,8 @@ def test_unsteadiness_is_the_share_of_the_variance():
     scene = np.linspace(40, 215, 40 * 60)
     added = float(((0.1 * scene) ** 2).mean()) * 60 * 61 / (12 * 59**2)
     noise = 4.0 + 16.0 * float(scene.mean()) / 255 + 1 / 12
-    assert unsteadiness(grey(60, drift=0.1)) == pytest.approx(added / (added + noise), rel=0.05)
-    assert unsteadiness(grey(60)) == 0.0 and unsteadiness(still(NOISY, 20)) == 0.0
+    assert calibrate.unsteadiness(grey(60, drift=0.1)) == pytest.approx(added / (added + noise), rel=0.05)
+    assert calibrate.unsteadiness(grey(60)) == 0.0 and calibrate.unsteadiness(still(NOISY, 20)) == 0.0
 
 
 BLINKS = (10, 20, (0, 255)), (30, 50, (20, 240))
@@ -137,24 +129,25 @@ def test_neither_lamps_nor_bad_pixels_are_taken_for_noise(scene):
     expected = photon_transfer([noise_levels(steady)])
     if scene != "low contrast":
         assert expected == pytest.approx((1.28, 0.64), rel=0.05)
-    assert unsteadiness(steady) == 0.0
+    assert calibrate.unsteadiness(steady) == 0.0
     stripes = lit(SCENES[scene], 0.05, 418.0)
     for frames in (lit(SCENES[scene], 0.05), stripes, stripes.transpose(0, 2, 1)):
         assert photon_transfer([noise_levels(frames)]) == pytest.approx(expected, rel=0.05)
-        assert unsteadiness(frames) > 0.3, "and it is told"
+        assert calibrate.unsteadiness(frames) > 0.3, "and it is told"
     for frames in (steady, stripes):
         for row, column, greys in BLINKS:
             frames[:, row, column] = np.random.default_rng(3).choice(greys, len(frames))
         frames[:, 20, 20] = 240  # stuck
         assert photon_transfer([noise_levels(frames)]) == pytest.approx(expected, rel=0.05)
-        assert (unsteadiness(frames) > 0.3) is (frames is stripes)
+        assert (calibrate.unsteadiness(frames) > 0.3) is (frames is stripes)
 
 
 def test_a_pixel_that_blinks_hides_no_edge():
     """Of a grey object, whose contrast is less than the pixel's."""
     frames = (80 + 0.3 * crossed(ROLLING)).astype(np.uint8)
     frames[:, 20, 50] = [255, 0, 255, 0, 255]
-    assert row_time_us(*zip(*leaning(frames, ROLLING.fps), strict=True)) == pytest.approx(ROLLING.row_time_us, rel=0.05)
+    measured = calibrate.row_time_us(*zip(*leaning(frames, ROLLING.fps), strict=True))
+    assert measured == pytest.approx(ROLLING.row_time_us, rel=0.05)
 
 
 def test_the_command_names_what_is_doubtful_and_gives_no_uncertain_setting(tmp_path, capsys):

@@ -13,9 +13,9 @@ from experiments.declare.clip import Clip
 from experiments.kinds import data_set
 from experiments.settings.models import ConfiguredModel, choose
 from experiments.settings.settings import Settings, events_of
-from experiments.show.clips import ClipSource, ClipTrial, open_clip, record
+from experiments.show.clips import ClipSource, ClipTrial, record
 from experiments.show.controls import controls
-from experiments.show.play import Showing, play, show
+from experiments.show.play import play, show
 from experiments.show.robot import RobotTrial, forget_simulations
 from experiments.store.asked import Asked
 from experiments.store.recordings import chunks
@@ -65,12 +65,6 @@ def test_a_model_receives_each_event_once_whatever_its_processor_skips():
     third, _ = hs(ClipTrial("test", 0, 0, 1, EDGE, (counter(processor=ProcessorConfig(every=3)),), events=IDEAL))
     taken = [sum(every[max(at - 2, 0) : at + 1]) for at in range(len(every))]
     assert any(third.tolist() == taken[phase::3] for phase in range(3))
-
-
-def test_films_have_no_events_and_the_model_s_own_part_alone_ends():
-    showing = Showing(open_clip(EDGE, 0), (counter(), choose("emd")))
-    next(iter(showing))
-    assert [bool(runner.trouble) for runner in showing.runners] == [True, False]
 
 
 def test_controls_have_the_events_of_their_own_way():
