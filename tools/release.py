@@ -77,6 +77,7 @@ EXTRA_TRIES: Mapping[str, str] = {
     "live": "python -c 'import viser, experiments.live.page'",
     "onnx": "python -c 'import onnxruntime, dsnn.adapters'",
     "cluster": f"python -c {shlex.quote(CLUSTER)}",
+    "swarm": "python -c 'import colias_sim; colias_sim.swarm_env(robots=2).reset(seed=0)'",
 }
 """Extra -> what needs it."""
 

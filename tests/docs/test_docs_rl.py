@@ -30,7 +30,7 @@ def test_the_network_in_pytorch_responds_in_its_wrapper(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     torch.manual_seed(0)
     network = torch.nn.ModuleList([torch.nn.GRUCell(24 * 33, 16), torch.nn.Linear(16, 2)])
-    torch.save(network.state_dict(), "weights.pt")
+    torch.save(network.state_dict(), "learned.pt")
     for name in ("learned", "in_torch"):
         Path(f"{name}.py").write_text(titled(f"{name}.py"), encoding="utf-8")
         monkeypatch.delitem(sys.modules, name, raising=False)

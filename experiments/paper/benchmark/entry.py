@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import re
 import shutil
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -73,9 +74,12 @@ def digest(channels: tuple[str, ...]) -> str:
 
 def plan(asked: Asked) -> Plan[Any]:
     """Return the plan of all tasks for the model that was asked for; the option ``round`` is the round's number."""
+    beacon = asked.option("round", "")
     if len(asked.models) != 1:
         raise UsageError("colias benchmark: name a model, or a .py file")
-    return Plan(asked, "benchmark", parts=plans(asked.models[0], asked.option("round", "")))
+    if not re.fullmatch("[0-9A-Fa-f]*", beacon):
+        raise UsageError(f"--round must be a hexadecimal number, got {beacon}")
+    return Plan(asked, "benchmark", parts=plans(asked.models[0], beacon))
 
 
 def played(parts: Mapping[str, Plan[Any]], out: Path, pool: Workers) -> tuple[pl.DataFrame, dict[str, list[str]]]:
@@ -117,9 +121,10 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     files, text = {}, model.text or model.source
     if is_own(model.source):
         source = Path(model.source)
-        for path, sha in digests(source).items():
-            if Path(path).is_relative_to(source.parent):
-                copy = f"{MODEL}/{Path(path).relative_to(source.parent)}"
+        weights = {str(path): sha256(path) for path in source.resolve().parent.glob(f"{source.stem}.*")}
+        for path, sha in {**weights, **digests(source)}.items():
+            if Path(path).is_relative_to(source.resolve().parent):
+                copy = f"{MODEL}/{Path(path).relative_to(source.resolve().parent)}"
                 (out / copy).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(path, out / copy)
                 files[copy] = sha
@@ -318,6 +323,10 @@ def forged(folder: Path) -> list[str]:
     files = {TRIALS: entry["rows"], **entry["files"]}
     found = [f"{name} is not the file that was entered" for name, sha in files.items()
              if not (folder / name).is_file() or sha256(folder / name) != sha]  # fmt: skip
+    inside = [path for path in (folder / MODEL).rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    found += [
+        f"{name} was not entered" for path in inside if (name := path.relative_to(folder).as_posix()) not in files
+    ]
     follows = json.loads(json.dumps(derived(rows, entry["channels"])))
     for kind, seeds in product(("scores", "marks"), ("public", "round", GAP)):
         there, here = (one[kind].get(seeds, {}) for one in (entry, follows))
