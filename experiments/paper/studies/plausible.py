@@ -103,8 +103,9 @@ STUDY = Study(
 )  # fmt: skip
 PILOT = replace(STUDY, name="plausible-pilot", summary="how far two designs of one agree", repeats=10, replicates=2)
 """Ten apparatus, two full designs each: run before the check of ``plausible``, of which it gives the bound."""
-LEAST_ACCEPTED: int | None = None
-"""Of twenty robots those for which the true point has to be accepted; ``None`` until the pilot was run."""
+LEAST_ACCEPTED = 10
+"""Of twenty robots those for which the true point has to be accepted. Of the pilot's ten pairs, from seed 1000, all ten
+agreed; the lower end is 0.692."""
 NEAREST, FRESH, ROBOTS, PAIRS = 10, 3, 20, 10
 """Points judged again, each by so many designs; points that play the robot; apparatus of the pilot."""
 APART = 1_000_000
@@ -194,7 +195,7 @@ def accepted(verdicts: Verdicts, robots: Sequence[int], seen: Verdicts) -> dict[
     """
     sets = (seen[:, None] != verdicts).sum(axis=2) <= 1
     true, share = int(sets[np.arange(len(robots)), robots].sum()), float(np.median(sets.mean(axis=1)))
-    passes = None if LEAST_ACCEPTED is None else true >= LEAST_ACCEPTED and share < 1 / 3
+    passes = true >= LEAST_ACCEPTED and share < 1 / 3
     return {"robots": len(robots), "accepted": true, "least": LEAST_ACCEPTED, "median share": share, "passes": passes}
 
 

@@ -85,7 +85,7 @@ def test_the_run_judges_the_sample_then_the_nearest_then_the_robots(monkeypatch)
     again = tables["Nearest again"]
     assert [row["C14"] for row in again] == [0, *[3] * 8] and {row["point"] for row in again} == set(range(3, 12))
     (check,) = tables["Check"]
-    assert (check["robots"], check["accepted"], check["passes"]) == (9, 8, None)
+    assert (check["robots"], check["accepted"], check["passes"]) == (9, 8, False)
 
 
 def test_the_bound_is_the_quantile_of_what_two_designs_of_an_apparatus_agree_in(monkeypatch):
