@@ -92,6 +92,8 @@ EXAMPLES = [name for name, thing in PUBLIC.items() if ">>>" in (inspect.getdoc(t
 @pytest.mark.parametrize("name", sorted(set(EXAMPLES) - set(NOT_RUN)))
 def test_an_example_runs_as_shown(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    if name == "colias_sim.swarm_env":
+        pytest.importorskip("pettingzoo")
     test = doctest.DocTestParser().get_doctest(inspect.getdoc(PUBLIC[name]) or "", {}, name, None, None)
     output: list[str] = []
     assert test.examples

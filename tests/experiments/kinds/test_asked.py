@@ -34,7 +34,7 @@ def asked_of_every_kind(folder):
         "sweep": Asked(kind="sweep", what=("general",), repeats=1, seed=1, options={"over": ["dsnn.t_sp=0.1,0.2"]}),
         "fit": Asked(kind="fit", what=("general",), options={"over": ["dsnn.t_sp=0.1..0.3"], "claims": ["C14"]}),
         "training": Asked(kind="training", what=("Fixation",), values={"robot": "colias4"}, options={"seeds": 2}),
-        "benchmark": Asked(kind="benchmark", models=(str(model),), only=True, options={"round": "a beacon"}),
+        "benchmark": Asked(kind="benchmark", models=(str(model),), only=True, options={"round": "BEAC0"}),
         "leaderboard": Asked(kind="leaderboard", repeats=1, **with_own),
         "reproduction": Asked(kind="reproduction", seed=4, options={"scale": "quick", "robot_only": True}),
     }  # fmt: skip

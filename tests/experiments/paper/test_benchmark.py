@@ -190,7 +190,6 @@ def test_a_tuned_model_of_a_file_shows_its_gap_and_is_verified(tmp_path, few, ca
     scores = {seeds: made["scores"][seeds]["direction, clutter"][0] for seeds in ("public", "round")}
     gap = made["scores"][entry.GAP]["direction, clutter"]
     assert scores["public"] == 1.0 > scores["round"] and gap[1] > 0.0
-    assert (folder / "trials.parquet").stat().st_size < 200_000
     assert (folder / "model" / "tuned.py").read_text() == TUNED and (folder / "model" / "tuned.npz").is_file()
     shutil.move(folder, tmp_path / "sent")
     (tmp_path / "tuned.py").unlink()
