@@ -152,15 +152,17 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
     Returns
     -------
     list of str
-        A line for each model and rate.
+        A line for each pair of rates, with the first of the models that have it.
     """
-    notes = {}
+    notes: dict[tuple[float, float], list[str]] = {}
     for model, frames_per_s in models:
         rate = frames_per_s / model.processor.every
         if model.fps is not None and abs(rate - model.fps) > RATE_TOLERANCE * model.fps:
             name = model.source if model.label.isdigit() else model.label  # a label is a setting's number in a fit
-            notes[f"{name} assumes {model.fps:g} frames/s and receives {rate:g}"] = True
-    return list(notes)
+            notes.setdefault((model.fps, rate), []).append(name)
+    each = ((rates, [*dict.fromkeys(names)]) for rates, names in notes.items())
+    return [f"{names[0]}{f' and {len(names) - 1} more' * (len(names) > 1)}: {fps:g} frames/s assumed, {rate:g} received"
+            for (fps, rate), names in each]  # fmt: skip
 
 
 def load_model(source: str) -> ModelEntry:

@@ -28,9 +28,9 @@ def test_a_model_s_frame_rate_is_held_against_what_it_is_shown():
     """29.97 frames/s are 30."""
     dsnn, emd, flow = (choose(name) for name in ("dsnn", "emd", "flow"))
     assert rate_notes([(dsnn, 30.0), (emd, 29.97), (flow, 60.0)]) == []
-    assert rate_notes([(dsnn, 60.0), (emd, 60.0)]) == [
-        f"{model} assumes 30 frames/s and receives 60" for model in ("dsnn", "emd")
-    ]
+    (note,) = rate_notes([(dsnn, 60.0), (emd, 60.0), (emd, 60.0)])
+    assert note.startswith("dsnn and 1 more") and "30" in note and "60" in note
+    assert len(rate_notes([(dsnn, 60.0), (emd, 15.0)])) == 2
 
 
 # --- one model under several settings ---------------------------------------------------------------------------------

@@ -101,7 +101,7 @@ def test_a_setting_is_of_every_model_shown_and_stands_in_the_table():
     plan = planned("distance", ("dsnn", "emd"), ("processor.every=2",), 1)
     assert {one.processor.every for spec in plan.trials for one in spec.models} == {2}
     assert plan.parameters["processor.every"] == {"dsnn": 2, "emd": 2}
-    assert rate_notes((one, plan.trials[0].fps) for one in plan.models)[0].endswith("30 frames/s and receives 15")
+    assert rate_notes((one, plan.trials[0].fps) for one in plan.models)[0].endswith("30 frames/s assumed, 15 received")
     with pytest.raises(UsageError, match="between 1 and 6"):
         planned("distance", ("dsnn",), ("processor.every=7",), 1)
 
