@@ -155,6 +155,45 @@ def test_a_standing_observers_background_does_not_flow(frames):
     assert len(background) > 5000 and not background.any()
 
 
+@pytest.mark.parametrize("name", SCENES)
+def test_flow_predicts_the_picture(name):
+    """Each wrong flow fails: of the other sign, of half the size, a row off."""
+    (_, before, *_), (truth, now, *_) = played(name)
+    moving = np.isfinite(truth.flow[..., 0]) & (np.hypot(*np.moveaxis(truth.flow, -1, 0)) >= 0.5)
+    assert moving.sum() > 300
+
+    def error(flow: np.ndarray, rows: int = 0) -> float:
+        column, row = np.meshgrid(np.arange(99, dtype=np.float32), np.arange(72, dtype=np.float32))
+        flow = np.nan_to_num(flow).astype(np.float32)
+        there = cv2.remap(before, column - flow[..., 0], row - flow[..., 1] - rows, cv2.INTER_LINEAR)
+        return float(((there - now)[moving] ** 2).sum())
+
+    still = error(0 * truth.flow)
+    assert error(truth.flow) < still / 5
+    for wrong in (error(-truth.flow), error(truth.flow / 2), error(truth.flow, rows=1)):
+        assert wrong > still / 5
+
+
+def test_mirrored_scenes_have_mirrored_flow():
+    found = []
+    for side in (1, -1):
+        with Simulation(camera=IDEAL, scene=STILL, truth=True) as sim:
+            poses = {"observer": HERE, "stimulus": Pose(0.1, side * 0.02, -side * math.pi / 2)}
+            sim.reset(poses, np.random.default_rng(0))
+            for _ in range(8):
+                drive("stimulus", 0.06)(sim)
+                drive("observer", 0.05, side * 0.3)(sim)
+                sim.step(np.random.default_rng(0))
+            found.append(sim.truth())
+    one, other = found
+    both = np.isfinite(one.flow[..., 0]) & np.isfinite(other.flow[:, ::-1, 0]) & off_outlines(one.robot)
+    mirrored = other.flow[:, ::-1] * np.array([-1.0, 1.0])
+    assert both.mean() > 0.8 and np.abs(one.flow - mirrored)[both].max() < 0.02
+    named = one.columns(["stimulus"]), other.columns(["stimulus"])
+    for name in ("true_flow_x", "true_heading_deg"):
+        assert named[0][name] == pytest.approx(-named[1][name], abs=0.02) and named[0][name] != 0.0
+
+
 def test_the_observer_s_own_body_is_hidden():
     """Also with the lens above the axle, within it."""
     with Simulation(camera=dataclasses.replace(IDEAL, forward_cm=0.0), scene=STILL, truth=True) as sim:

@@ -1,6 +1,5 @@
 """The style of figures: means and intervals of the data, and scales that show all."""
 
-import polars as pl
 import pytest
 from matplotlib.figure import Figure
 
@@ -22,12 +21,3 @@ def test_means_intervals_and_trials_are_those_of_the_values():
     (whisker,) = (line.get_xydata() for line in axes.lines if line.get_marker() == "None")
     expected = summarise(samples[2])
     assert tuple(whisker[:, 1]) == pytest.approx((expected.low, expected.high)), "and none of fewer than three"
-
-
-@pytest.mark.parametrize(("values", "scale"), [([0.0, 1.0, 99.0], "linear"), ([0.0, 1.0, 101.0], "symlog")])
-def test_an_axis_is_logarithmic_where_its_values_span_more_than_two_decades_and_shows_all(values, scale):
-    axes = Figure().subplots()
-    axes.plot(values, range(3))
-    style.decades(axes, pl.Series(values))
-    low, high = axes.get_xlim()
-    assert axes.get_xscale() == scale and low <= 0.0 and high > max(values)
