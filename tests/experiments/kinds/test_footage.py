@@ -180,15 +180,6 @@ def test_white_is_known_once_a_folder_of_16_bits():
         VideoSource(folder_of([ARROW.astype(np.uint16) << 4] * 3, "123", "twelve"))
 
 
-def test_a_second_size_is_noted():
-    for name, shape in (("wide", (36, 80)), ("large", (72, 128))):
-        images = [np.full((36, 64), 90, np.uint8)] * 2 + [np.full(shape, 90, np.uint8)] * 3
-        source = VideoSource(folder_of(images, "12345", name))
-        assert {sample.image.shape for sample in source} == {(36, 64)}
-        (note,) = source.notes(np.zeros(1))
-        assert note.startswith("3 frames") and f"{shape[1]}x{shape[0]} at 0.07" in note
-
-
 def test_no_image_is_kept(film, monkeypatch):
     showings = []
     monkeypatch.setattr(Showing, "__init__", lambda self, *args, _init=Showing.__init__, **more: (

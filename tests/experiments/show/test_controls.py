@@ -128,3 +128,8 @@ def test_footage_has_numbers_of_its_controls_and_no_word(tmp_path):
     assert hs["word"] is None and hs["absent"] is None and hs["frozen"] == 0.0
     assert hs["mirrored"] == pytest.approx(-hs["shown"], rel=1e-3) and hs["shown"] > 0.0
     assert not any("~" in model for model in seen.summary["model"])
+
+
+def test_frozen_of_a_still_clip_is_the_clip():
+    samples, again = controls_of(Clip("still", "grating", {"rows": 40, "columns": 56, "temporal_hz": 0.0}))
+    np.testing.assert_array_equal(images(again["frozen"]), images(samples))

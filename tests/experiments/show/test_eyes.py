@@ -53,3 +53,12 @@ def test_the_eyes_have_size_clock_field_and_place_in_common():
     both = Played(planned(*place, eyes="both")[0]).media.images["ov7670"]
     (single,) = alone("camera.preset=ov7670", *place).media.images.values()
     assert np.array_equal(both, single)
+
+
+def test_each_eye_answers_as_in_a_run_with_that_camera_alone(seen):
+    default, true = seen.answers
+    assert (default.model, true.model) == ("dsnn", "dsnn@ov7670")
+    for answer, single in ((default, alone()), (true, alone("camera.preset=ov7670"))):
+        assert np.array_equal(answer.series.hs, single.answers[0].series.hs)
+        assert np.array_equal(seen.columns.stimulus_x_cm, single.columns.stimulus_x_cm)
+    assert not np.array_equal(default.series.hs, true.series.hs)
