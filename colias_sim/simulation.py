@@ -133,8 +133,7 @@ class Simulation:
         if events is not None and len(seen_by) > 1:
             raise ValueError(f"eyes must be one robot where there is an event camera, got {', '.join(seen_by)}")
         self.cameras = cameras(self.model, seen_by, truth=truth)
-        one = None if events is None else EventCamera(self.model, f"{self.eye_of}/eye", camera, events)
-        self.event_camera = one
+        self.event_camera = None if events is None else EventCamera(self.model, f"{self.eye_of}/eye", camera, events)
         settings = (self.scene, robot, seen_by or camera, variants, self.eye_of, fence, truth, self.model.signature)
         self._kind = "Simulation", repr(settings)
 

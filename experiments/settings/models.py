@@ -160,9 +160,12 @@ def rate_notes(models: Iterable[tuple[ConfiguredModel, float]]) -> list[str]:
         if model.fps is not None and abs(rate - model.fps) > RATE_TOLERANCE * model.fps:
             name = model.source if model.label.isdigit() else model.label  # a label is a setting's number in a fit
             notes.setdefault((model.fps, rate), []).append(name)
-    each = ((rates, [*dict.fromkeys(names)]) for rates, names in notes.items())
-    return [f"{names[0]}{f' and {len(names) - 1} more' * (len(names) > 1)}: {fps:g} frames/s assumed, {rate:g} received"
-            for (fps, rate), names in each]  # fmt: skip
+    lines = []
+    for (fps, rate), names in notes.items():
+        first, *others = dict.fromkeys(names)
+        more = f" and {len(others)} more" if others else ""
+        lines.append(f"{first}{more}: {fps:g} frames/s assumed, {rate:g} received")
+    return lines
 
 
 def load_model(source: str) -> ModelEntry:

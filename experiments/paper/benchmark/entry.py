@@ -120,11 +120,11 @@ def work(plan: Plan[Any], out: Path, pool: Workers) -> None:
     (model,) = watchers(plan.asked.models)
     files, text = {}, model.text or model.source
     if is_own(model.source):
-        source = Path(model.source)
-        weights = {str(path): sha256(path) for path in source.resolve().parent.glob(f"{source.stem}.*")}
-        for path, sha in {**weights, **digests(source)}.items():
-            if Path(path).is_relative_to(source.resolve().parent):
-                copy = f"{MODEL}/{Path(path).relative_to(source.resolve().parent)}"
+        source = Path(model.source).resolve()
+        beside = [path for path in source.parent.glob(f"{source.stem}.*") if path.is_file()]  # weights among them
+        for path, sha in {**{str(path): sha256(path) for path in beside}, **digests(source)}.items():
+            if Path(path).is_relative_to(source.parent):
+                copy = f"{MODEL}/{Path(path).relative_to(source.parent)}"
                 (out / copy).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(path, out / copy)
                 files[copy] = sha
@@ -323,10 +323,8 @@ def forged(folder: Path) -> list[str]:
     files = {TRIALS: entry["rows"], **entry["files"]}
     found = [f"{name} is not the file that was entered" for name, sha in files.items()
              if not (folder / name).is_file() or sha256(folder / name) != sha]  # fmt: skip
-    inside = [path for path in (folder / MODEL).rglob("*") if path.is_file() and path.suffix != ".pyc"]
-    found += [
-        f"{name} was not entered" for path in inside if (name := path.relative_to(folder).as_posix()) not in files
-    ]
+    inside = [path.relative_to(folder).as_posix() for path in (folder / MODEL).rglob("*") if path.is_file()]
+    found += [f"{name} was not entered" for name in inside if name not in files and not name.endswith(".pyc")]
     follows = json.loads(json.dumps(derived(rows, entry["channels"])))
     for kind, seeds in product(("scores", "marks"), ("public", "round", GAP)):
         there, here = (one[kind].get(seeds, {}) for one in (entry, follows))

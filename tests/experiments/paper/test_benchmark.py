@@ -185,6 +185,7 @@ def entered(folder, model, *options):
 def test_a_tuned_model_of_a_file_shows_its_gap_and_is_verified(tmp_path, few, capsys):
     (tmp_path / "tuned.py").write_text(TUNED)
     (tmp_path / "tuned.npz").touch()
+    (tmp_path / "tuned.runs").mkdir()
     folder = entered(tmp_path / "entry", tmp_path / "tuned.py", "--round", "5D3F1A0C")
     made = entry.read(folder)
     scores = {seeds: made["scores"][seeds]["direction, clutter"][0] for seeds in ("public", "round")}
