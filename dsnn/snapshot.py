@@ -12,10 +12,11 @@ import zlib
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from functools import partial, reduce
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 Parts = Mapping[str, str]
 """Class -> the names of the attributes that are its state, besides those of its bases."""
@@ -62,7 +63,7 @@ PARTS: Parts = {
 """The models and their layers. Networks in C bring ``get_state`` and ``set_state``."""
 
 MAGIC, VERSION = b"colias-state", 1
-_HEAD = struct.Struct("<HIQQQ")
+_HEAD = struct.Struct("<HQQQQ")
 """Format; checksum of JSON and arrays; length of the JSON, of both, and of everything. The states of parts follow,
 which have checksums of their own."""
 _JSON: Kinds = (type(None), bool, int, float, str)
@@ -194,10 +195,21 @@ def pack(kind: Kind, tree: Tree) -> bytes:
     states: list[bytes] = []
     body = [kind[0], zlib.crc32(kind[1].encode()), _plain(tree, arrays, states)]
     text = json.dumps(body, separators=(",", ":")).encode()
-    check = reduce(lambda sum_, one: zlib.crc32(one, sum_), arrays, zlib.crc32(text, len(text)))
-    checked = len(text) + sum(map(len, arrays))
-    head = _HEAD.pack(VERSION, check, len(text), checked, checked + sum(map(len, states)))
-    return b"".join((MAGIC, head, text, *arrays, *states))
+    checked = b"".join((text, *arrays))
+    every = len(checked) + sum(map(len, states))
+    head = _HEAD.pack(VERSION, _checksum(checked, len(text)), len(text), len(checked), every)
+    return b"".join((MAGIC, head, checked, *states))
+
+
+def _checksum(data: bytes | memoryview, begin: int) -> int:
+    """Sum words of 64 bits, each times an odd number of its own, and a CRC of what is left: faster than a CRC of all."""
+    words = np.frombuffer(data, "<u8", len(data) // 8)
+    return (int(words @ _odd(words.size)) + zlib.crc32(data[8 * words.size :], begin)) % (1 << 64)
+
+
+@lru_cache(maxsize=4)
+def _odd(number: int) -> npt.NDArray[np.uint64]:
+    return np.arange(1, 2 * number, 2, np.uint64)
 
 
 def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
@@ -206,6 +218,8 @@ def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
         return value
     if isinstance(value, list):
         return [one if type(one) in _JSON else _plain(one, arrays, states) for one in value]
+    if type(value) is dict and all(type(name) is str for name in value):
+        return {"dict": {name: one if type(one) in _JSON else _plain(one, arrays, states) for name, one in value.items()}}
     if isinstance(value, bytes) and value.startswith(MAGIC):
         states.append(value)
         return {"state": [sum(map(len, states[:-1])), sum(map(len, states))]}
@@ -253,7 +267,7 @@ def unpack(state: bytes, kind: Kind, values: Kinds = ()) -> dict[str, Any]:
     (text, checked, every), whole = lengths, memoryview(state)[at:]
     if whole and version != VERSION:
         raise ValueError(f"the format of a state must be {VERSION}, got {version}: save it with this version")
-    if not 0 < text <= checked <= every == len(whole) < 1 << 32 or zlib.crc32(whole[:checked], text) != check:
+    if not 0 < text <= checked <= every == len(whole) < 1 << 32 or _checksum(whole[:checked], text) != check:
         raise ValueError("the state must be whole, got damaged bytes: save it again")
     name, digest, plain = json.loads(bytes(whole[:text]))
     if name != kind[0]:
@@ -271,9 +285,11 @@ def _value(plain: Any, made: Mapping[str, Callable[[Any], Any]]) -> Any:
     if type(plain) in _JSON:
         return plain
     if isinstance(plain, list):
-        return [_value(one, made) for one in plain]
+        return [one if type(one) in _JSON else _value(one, made) for one in plain]
     ((kind, inner),) = plain.items()
-    return made[kind](_value(inner, made))
+    if type(inner) is dict and kind == "dict":
+        return {name: one if type(one) in _JSON else _value(one, made) for name, one in inner.items()}
+    return made[kind](inner if kind in ("array", "state") else _value(inner, made))
 
 
 def _array(arrays: memoryview, inner: tuple[int, int, str, list[int], bool, bool]) -> Any:
