@@ -56,7 +56,7 @@ ROUNDS, BLOCK = 40, 4
 """Times that each model is timed, and frames in each time."""
 BESIDE = "dsnn"
 """The model that others are timed beside."""
-COST, SHAPE = "µs per frame of 99x72 (logarithmic)", (72, 99)
+COST, SHAPE = "µs per frame of 99x72 px", (72, 99)
 VARIANTS = ("dim", "pale", "noise", "15-fps", "60-fps")
 """Tasks that the figure of a run leaves to its table."""
 CHANCE = {"direction": 0.25, "AUC": 0.5}
@@ -235,22 +235,28 @@ def shipped() -> list[dict[str, Any]]:
     return [read_json(path) for path in sorted(SHIPPED.glob("*.json"))]
 
 
-def place(entry: Mapping[str, Any], others: Iterable[Mapping[str, Any]], name: str) -> str:
-    """Return the places that a model may have by a measure, such as ``2 to 4 of 9``; empty where none is told.
+def place(entry: Mapping[str, Any], others: Iterable[Mapping[str, Any]], name: str, *, names: bool = False) -> str:
+    """Return the places that a model may have by a measure, such as ``2 to 4 of 9``; or a dash.
 
     A model is above another only where the interval of their paired marks excludes 0. Entries of one round are compared
-    on its seeds, others on the public ones. One whose title says that it is tuned takes no place from others.
+    on its seeds, others on the public ones. One whose title says that it is tuned takes no place from others. With
+    ``names`` those that are better or worse for sure are named.
     """
-    leads = []
-    for other in others:
+    leads: dict[str, list[float]] = {}
+    for other in others if name in MEASURES and MEASURES[name].better else ():
         seeds = "round" if entry["beacon"] and entry["beacon"] == other["beacon"] else "public"
         mine, theirs = (one["marks"][seeds].get(name) for one in (entry, other))
         if mine and theirs and other["model"] != entry["model"] and "(tuned)" not in title_of(other):
             apart = difference(mine, theirs)
-            leads.append(sorted(MEASURES[name].better * end for end in (apart.low, apart.high)))
-    best, worst = 1 + sum(high < 0 for _, high in leads), 1 + sum(not low > 0 for low, _ in leads)
+            leads[title_of(other)] = sorted(MEASURES[name].better * end for end in (apart.low, apart.high))
+    if not leads:
+        return "-"
+    ahead = [model for model, (_, high) in leads.items() if high < 0]
+    behind = [model for model, (low, _) in leads.items() if low > 0]
+    best, worst = 1 + len(ahead), 1 + len(leads) - len(behind)
     stands = f"{best}" if best == worst else f"{best} to {worst}"
-    return f"{stands} of {len(leads) + 1}" if leads else ""
+    who = [f"{word} {', '.join(models)}" for word, models in (("below", ahead), ("above", behind)) if models and names]
+    return "; ".join((f"{stands} of {len(leads) + 1}", *who))
 
 
 def title_of(entry: Mapping[str, Any]) -> str:
@@ -274,7 +280,11 @@ def lines_of(entry: Mapping[str, Any]) -> list[dict[str, str]]:
     """Return the table of an entry: each measure that applies with its score, its place, and what a round gave."""
     others, rows = shipped(), []
     for name in (*entry["scores"]["public"], COST):
-        row = {"measure": name, "score": text_of(score_of(entry, name)), "place": place(entry, others, name)}
+        row = {
+            "measure": name,
+            "score": text_of(score_of(entry, name)),
+            "place": place(entry, others, name, names=True),
+        }
         rounds = {seeds: score_of(entry, name, seeds) for seeds in entry["scores"] if seeds != "public"}
         rows.append({**row, **{seeds: text_of(score) if name != COST else "" for seeds, score in rounds.items()}})
     return rows
@@ -285,7 +295,8 @@ def board(entries: Iterable[Mapping[str, Any]], names: Sequence[str], title: str
     from experiments.draw import scoreboard  # not before: matplotlib takes its time to load
 
     scores = {title_of(entry): {name: score_of(entry, name) for name in names} for entry in entries}
-    return scoreboard.draw(scoreboard.tabulate(scores), {name: name for name in names}, CHANCE, title, NOTE)
+    words = {name: name if name != COST else f"{name} (logarithmic)" for name in names}
+    return scoreboard.draw(scoreboard.tabulate(scores), words, CHANCE, title, NOTE)
 
 
 def draw(run: Run) -> Figure:

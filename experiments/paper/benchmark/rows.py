@@ -103,8 +103,8 @@ class Measure:
     task, channels
         The task, and the models that it applies to: those with any of these channels.
     column
-        Of the rows. Its mean over clusters is the score, and of words their share. ``rate`` is of alarms, 1/min, and
-        ``level`` is the `fastest` background.
+        Of the rows. Its mean over clusters is the score, and of words their share. ``rate`` is of alarms, 1/min,
+        ``alarmed`` whether there is one, and ``level`` is the `fastest` background.
     shown
         What the rows have to show; empty: anything.
     against
@@ -133,7 +133,6 @@ class Measure:
         """Return the marks of a task's rows that two models are compared by."""
         if self.column == "level":
             return [clustered(fastest(rows), self.column)]
-        rows = rows.with_columns(rate=60.0 * pl.col("alarms") / pl.col("seconds"))
         if not self.against:
             return [clustered(showing(rows, self.shown), self.column)]
         parts = [showing(rows, kinds) for kinds in (self.shown, self.against)]
@@ -206,6 +205,8 @@ def summed(rows: pl.DataFrame, channels: Sequence[str]) -> tuple[dict[str, Score
     """
     scores: dict[str, Score | None] = {}
     marks: dict[str, Sides] = {}
+    alarms = pl.col("alarms")
+    rows = rows.with_columns(rate=60.0 * alarms / pl.col("seconds"), alarmed=alarms > 0)
     parts = rows.partition_by("task", "control", as_dict=True)
     for name, measure in MEASURES.items():
         own = parts.get((measure.task, ""))
