@@ -1,13 +1,13 @@
 """Whether a model's response is vision: it is compared with what the model responds to controls of the same trials.
 
-The measures, the tests and the words were fixed before any model was judged by them.
+The measures, the tests and the verdicts were fixed before any model was judged by them.
 
 - **Direction** (a model with ``hs`` or ``vs``): the mean of the channel over the whole trial, signed along the true
   motion. That is HS where the motion is horizontal, VS where it is vertical. Trials of approach and recession do not
   count. Four paired tests: the trial as it was is above ``absent`` and above ``frozen``, and ``mirrored`` and
   ``reversed`` are below ``absent``, so that the sign has turned.
 - **Looming** (a model with ``looming``): the largest potential of the trial; only approaches count. Two paired tests:
-  the approach is above its reverse and above ``absent``. A third, of the reverse above ``absent``, is for the word
+  the approach is above its reverse and above ``absent``. A third, of the reverse above ``absent``, is for the verdict
   *wrong sign* alone.
 
 Each is Wilcoxon's exact signed-rank test over trials, two-sided. P values are corrected by Holm's method over the tests

@@ -389,7 +389,7 @@ class Sweep:
 
     @cached_property
     def counts(self) -> pl.DataFrame:
-        """A row for each point, model and claim: its counts, the exact 95 % interval and the word.
+        """A row for each point, model and claim: its counts, the exact 95 % interval and the verdict.
 
         ``decided`` and ``measured`` are those of replicate 0.
         """

@@ -105,7 +105,7 @@ class Count:
 
     @property
     def word(self) -> Word:
-        """Return the word of the count.
+        """Return the verdict on the count.
 
         Where nothing is random: ``holds`` or ``fails``. Otherwise, from `LEAST_JUDGED` judged replicates up: ``holds``
         where the lower end of the interval is at least `HOLDS_FROM`, ``fails`` where its upper end is at most
@@ -181,7 +181,7 @@ def count(outcomes: Iterable[str], *, random: bool = True) -> Count:
 
 
 def count_columns(counted: Count) -> dict[str, Any]:
-    """Return a count as columns: ``holds``, ``fails``, each reason, all replicates, the interval and the word."""
+    """Return a count as columns: ``holds``, ``fails``, each reason, all replicates, the interval and the verdict."""
     low, high = counted.interval or (None, None)
     reasons = {str(reason): counted.unjudged.get(reason, 0) for reason in REASONS}
     return {"holds": counted.holds, "fails": counted.fails, **reasons, "replicates": counted.replicates, "low": low,
