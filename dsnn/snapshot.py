@@ -202,7 +202,7 @@ def pack(kind: Kind, tree: Tree) -> bytes:
 
 
 def _checksum(data: bytes | memoryview, begin: int) -> int:
-    """Sum words of 64 bits, each times an odd number of its own, and a CRC of what is left: faster than a CRC of all."""
+    """Sum words of 64 bits, each times its own odd number, and a CRC of what is left: faster than a CRC."""
     words = np.frombuffer(data, "<u8", len(data) // 8)
     return (int(words @ _odd(words.size)) + zlib.crc32(data[8 * words.size :], begin)) % (1 << 64)
 
@@ -219,7 +219,8 @@ def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
     if isinstance(value, list):
         return [one if type(one) in _JSON else _plain(one, arrays, states) for one in value]
     if type(value) is dict and all(type(name) is str for name in value):
-        return {"dict": {name: one if type(one) in _JSON else _plain(one, arrays, states) for name, one in value.items()}}
+        inner = {name: one if type(one) in _JSON else _plain(one, arrays, states) for name, one in value.items()}
+        return {"dict": inner}
     if isinstance(value, bytes) and value.startswith(MAGIC):
         states.append(value)
         return {"state": [sum(map(len, states[:-1])), sum(map(len, states))]}
@@ -228,8 +229,8 @@ def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:
         arrays.append(array.reshape(-1).view(np.uint8).data)
         begin, fixed = sum(map(len, arrays[:-1])), scalar or not value.flags.writeable
         return {"array": [begin, begin + array.nbytes, array.dtype.str, list(np.shape(value)), scalar, fixed]}
-    inner = _INNER.get(type(value), _fields)
-    return {type(value).__name__: _plain(inner(value), arrays, states)}
+    made_of = _INNER.get(type(value), _fields)
+    return {type(value).__name__: _plain(made_of(value), arrays, states)}
 
 
 def _fields(value: Any) -> dict[str, Any]:
