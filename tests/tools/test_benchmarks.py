@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 from rich.console import Console
 
-from benchmarks import antialiasing, envs, eye, loop, network
+from benchmarks import envs, eye, loop, network, swarm
 from colias_sim import CameraConfig
 from tools import eye as pictures
 
@@ -17,14 +17,11 @@ RENDERED = True
 @pytest.fixture
 def smallest(monkeypatch):
     """A round, and as few frames as the network's answers need."""
-    for module in (antialiasing, eye, loop, network):
+    for module in (eye, loop, network, swarm):
         monkeypatch.setattr(module, "FRAMES", 3)
-    for module in (antialiasing, envs, eye, loop, network):
+    for module in (envs, eye, loop, network, swarm):
         monkeypatch.setattr(module, "interleaved", lambda work, rounds=1, once=module.interleaved: once(work, 1))
-    monkeypatch.setattr(antialiasing, "FRAMES", 24)  # HS counts from the 20th
-    monkeypatch.setattr(antialiasing, "TRUTH", antialiasing.samples(0, 2))
-    default = antialiasing.DEFAULT
-    monkeypatch.setattr(antialiasing, "COMPARED", {default: antialiasing.COMPARED[default]})
+    monkeypatch.setattr(swarm, "COUNTS", (1,))
     monkeypatch.setattr(eye, "SPEEDS", (1.0,))
     monkeypatch.setattr(eye, "variants", lambda: {"default": CameraConfig(), "* ov7670": eye.EYE})
     for name, least in {"COUNT": 1, "STEPS": 1, "OBSERVED": ("pixels",)}.items():
