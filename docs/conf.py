@@ -67,6 +67,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "colias-sim"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_favicon = "_static/favicon.svg"
 # These have no pages below.
 html_sidebars = {page: [] for page in ("index", "install", "gallery/index")}
 html_math_renderer = "mathml"
@@ -79,7 +80,8 @@ html_theme_options = {
     "show_toc_level": 2,
     "collapse_navigation": True,  # a page lists its own section alone
     "header_links_before_dropdown": 8,
-    "navbar_end": ["theme-switcher"],
+    "logo": {"text": f"colias-sim {version}"},
+    "navbar_end": ["playground", "theme-switcher"],
     "navbar_persistent": ["search-button"],
     "footer_start": ["copyright"],
     "footer_end": [],

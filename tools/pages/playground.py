@@ -1,4 +1,4 @@
-"""The playground, one file that opens from disk: the network as WebAssembly, and recorded trials.
+"""The playground, a page that opens from disk: the network as WebAssembly, and a script with the frames of each trial.
 
 Its HTML, style and JavaScript are in ``tools/playground/``. What depends on the code comes from here as data: the C
 compiled by Zig, the frames of runs that are made here, the ranges of parameters, the tables that need Python's
@@ -50,6 +50,10 @@ STEPS = 20
 FOOTAGE_SHAPE = 72, 99
 FIRST = "speed-6"
 LONGEST_FOOTAGE = 300
+SCRIPT = """document.head.append(Object.assign(document.createElement("script"),
+  {{ type: "text/plain", id: "frames-{}", text: "{}" }}));
+"""
+"""What puts the packed frames of a trial into the page."""
 
 
 CROSSINGS, DEPTH, OTHERS = "Crossings, 8 cm away", "Approach and recession, 6 cm/s", "Harder to see"
@@ -90,13 +94,14 @@ Each has few trials, which seed and index determine: ``colias run speed`` with t
 
 
 def write(folder: Path) -> None:
-    """Make the runs, and the page `PAGE` in ``folder``; the runs' tables stay beside it for the tests."""
-    trials, frames = [], {}
+    """Make the runs, and the page `PAGE` with its scripts in ``folder``; the tables stay beside it for the tests."""
+    trials, site = [], folder / "site"
+    (site / "play").mkdir(parents=True)
     for name, (command, captions) in RUNS.items():
         run = experiments.run(**arguments(command), out=folder / "runs" / name, workers=0, quiet=True)
         for trial, film in _recorded(run, command, captions):
             trials.append(trial)
-            frames[trial["id"]] = _base64(packed(film))
+            (site / "play" / f"{trial['id']}.js").write_text(SCRIPT.format(trial["id"], _base64(packed(film))))
         for recording in run.recordings:
             recording.unlink()
     groups = list(dict.fromkeys(trial["group"] for trial in trials))
@@ -108,8 +113,7 @@ def write(folder: Path) -> None:
         "claim": {"id": "C15", "says": texts()["C15"]["says"], "pairs": PAIRS, "margin": MARGIN["spikes"]},
         "tables": tables(),
     }
-    (folder / "site").mkdir()
-    (folder / "site" / PAGE).write_text(page(data, compiled(), frames), encoding="utf-8")
+    (site / PAGE).write_text(page(data, compiled()), encoding="utf-8")
 
 
 def arguments(command: str) -> dict[str, Any]:
@@ -224,7 +228,7 @@ def compiled() -> bytes:
         return out.read_bytes()
 
 
-def page(data: Mapping[str, Any], wasm: bytes, frames: Mapping[str, str]) -> str:
+def page(data: Mapping[str, Any], wasm: bytes) -> str:
     """Put the page together: modules refer to each other by names that its import map gives their sources."""
     modules = {name: (SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES}
     named = {name: f"{source}//# sourceURL={name}.js\n".encode() for name, source in modules.items()}
@@ -236,7 +240,6 @@ def page(data: Mapping[str, Any], wasm: bytes, frames: Mapping[str, str]) -> str
         style=(SOURCES / "style.css").read_text(encoding="utf-8"),
         data=json.dumps(data).replace("<", "\\u003c"),
         wasm=_base64(wasm),
-        frames=frames,
         modules=json.dumps({"imports": imports}),
         rows=rows,
         columns=columns,

@@ -18,10 +18,7 @@
  * @property {number | null} speed Where C15's curve has it, cm/s.
  */
 
-/**
- * Read base64 that stands in an element of the page.
- * @param {string} id
- */
+/** @param {string} id An element of the page, whose text is base64. */
 export function embedded(id) {
   const text = document.getElementById(id)?.textContent ?? "";
   return Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
@@ -43,14 +40,19 @@ export async function unpack(packed, cells) {
 /** @type {Map<string, Promise<Clip>>} */
 const unpacked = new Map();
 
-/**
- * Give the frames of a trial, unpacked once.
- * @param {Recorded} trial
- */
+/** @param {Recorded} trial Its frames are loaded and unpacked once: a script beside the page has them. */
 export function clip(trial) {
   const { id, rows, columns } = trial;
-  const known =
-    unpacked.get(id) ?? unpack(embedded(`frames-${id}`), rows * columns).then((frames) => ({ rows, columns, frames }));
+  const load = () => script(`play/${id}.js`).then(() => unpack(embedded(`frames-${id}`), rows * columns));
+  const known = unpacked.get(id) ?? load().then((frames) => ({ rows, columns, frames }));
   unpacked.set(id, known);
   return known;
+}
+
+/** @param {string} src */
+function script(src) {
+  return new Promise((onload, fail) => {
+    const onerror = () => fail(new Error(`${src} is not there`));
+    document.head.append(Object.assign(document.createElement("script"), { src, onload, onerror }));
+  });
 }
