@@ -82,7 +82,11 @@ def write(path: Path, value: Any) -> None:
 def places(root: Path) -> dict[str, str]:
     """Return what the documentation shows of runs: each picture and table, and its SHA-256."""
     docs = root / "docs"
-    pictures = [path for path in docs.glob("*") if path.suffix in (".png", ".webp") and path.name != "eye.png"]
+    pictures = [
+        path
+        for path in docs.glob("*")
+        if path.suffix in (".png", ".webp") and path.name not in ("eye.png", "layers.png")
+    ]
     shown = {path.name: path.read_bytes() for path in sorted(pictures)}
     for page in _pages(docs):
         tables = SHOWN_TABLE.findall(page.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""``make bench`` and ``tools/eye.py`` to their ends, at their smallest: what they print has a number in each cell."""
+"""``make bench`` and the tools' pictures to their ends, at their smallest: what they print is numbers."""
 
 import math
 import runpy
@@ -9,7 +9,7 @@ from rich.console import Console
 
 from benchmarks import envs, eye, loop, network, swarm
 from colias_sim import CameraConfig
-from tools import eye as pictures
+from tools import eye as pictures, layers
 
 RENDERED = True
 
@@ -44,3 +44,9 @@ def test_the_picture_of_the_eye_is_drawn(tmp_path, monkeypatch):
     pictures.main(tmp_path)
     with Image.open(tmp_path / "eye.png") as picture:
         assert picture.size[0] == pytest.approx(160 * pictures.WIDTH, abs=2)
+
+
+def test_the_picture_of_the_layers_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(layers, "FRAMES", 1 + layers.SHOWN)
+    layers.main(tmp_path)
+    assert (tmp_path / "layers.png").stat().st_size > 10_000
