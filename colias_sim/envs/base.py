@@ -36,11 +36,11 @@ from colias_sim.gl import has_screen
 from colias_sim.pose import Pose, bearing
 from colias_sim.snapshot import PARTS, SETTINGS
 from colias_sim.streams import clearing, episode, film, sensor, world
-from colias_sim.truth import Truth
 from dsnn.snapshot import Parts, Tree, attributes, pack, put, take, unpack
 
 if TYPE_CHECKING:
     from colias_sim.obstacles import Obstacle
+    from colias_sim.truth import Truth
 
 Wheels = npt.NDArray[np.float32]
 

@@ -342,8 +342,8 @@ class RunFolder(Files):
             shutil.rmtree(self.path(PARTS), ignore_errors=True)
 
     def end(self) -> None:
-        """Note that the trials are done, when, and by which command the last were."""
-        self.write_json(NAME, {**read_description(self.folder), ENDED: now(), **command_note(self.folder)})
+        """Note that the trials are done, and when."""
+        self.write_json(NAME, {**read_description(self.folder), ENDED: now()})
 
     def table(self, name: str) -> pl.DataFrame:
         """Return the rows of the ``trials``, or of the ``frames``, so far, in order of trial, then model."""

@@ -249,14 +249,12 @@ def place(entry: Mapping[str, Any], others: Iterable[Mapping[str, Any]], name: s
         if mine and theirs and other["model"] != entry["model"] and "(tuned)" not in title_of(other):
             apart = difference(mine, theirs)
             leads[title_of(other)] = sorted(MEASURES[name].better * end for end in (apart.low, apart.high))
-    if not leads:
-        return "-"
     ahead = [model for model, (_, high) in leads.items() if high < 0]
     behind = [model for model, (low, _) in leads.items() if low > 0]
     best, worst = 1 + len(ahead), 1 + len(leads) - len(behind)
     stands = f"{best}" if best == worst else f"{best} to {worst}"
     who = [f"{word} {', '.join(models)}" for word, models in (("below", ahead), ("above", behind)) if models and names]
-    return "; ".join((f"{stands} of {len(leads) + 1}", *who))
+    return "; ".join((f"{stands} of {len(leads) + 1}", *who)) if leads else "-"
 
 
 def title_of(entry: Mapping[str, Any]) -> str:

@@ -205,8 +205,7 @@ def summed(rows: pl.DataFrame, channels: Sequence[str]) -> tuple[dict[str, Score
     """
     scores: dict[str, Score | None] = {}
     marks: dict[str, Sides] = {}
-    alarms = pl.col("alarms")
-    rows = rows.with_columns(rate=60.0 * alarms / pl.col("seconds"), alarmed=alarms > 0)
+    rows = rows.with_columns(rate=60.0 * pl.col("alarms") / pl.col("seconds"), alarmed=pl.col("alarms") > 0)
     parts = rows.partition_by("task", "control", as_dict=True)
     for name, measure in MEASURES.items():
         own = parts.get((measure.task, ""))

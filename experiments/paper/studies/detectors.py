@@ -1,13 +1,17 @@
 """C21 of every looming detector and preset, in the bright arena and in the dim one, and what it would take to hold."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 
 from dsnn import LGMD1Params
 from experiments import Study
+
+if TYPE_CHECKING:
+    import polars as pl
 
 CLAIM = "C21"
 PANEL = (
@@ -67,14 +71,15 @@ def collisions(spikes: npt.NDArray[np.int64], in_a_row: int) -> int:
 def held(rows: pl.DataFrame, number: pl.Expr) -> int:
     """Return in how many replicates C21 would hold if a number of a trial stood for its spikes: most at 0 degrees."""
     mean = rows.group_by("replicate", "angle_deg").agg(number.mean().alias("mean"))
-    ahead, aside = mean.filter(angle_deg=0.0), mean.filter(pl.col("angle_deg") != 0.0)
-    most = aside.group_by("replicate").agg(pl.col("mean").max().alias("most"))
-    return ahead.join(most, on="replicate").filter(pl.col("mean") > pl.col("most")).height
+    most = mean.remove(angle_deg=0.0).group_by("replicate").max()
+    both = mean.filter(angle_deg=0.0).join(most, on="replicate", suffix="_aside")
+    return int((both["mean"] > both["mean_aside"]).sum())
 
 
 def means(rows: pl.DataFrame, number: pl.Expr) -> tuple[float, ...]:
     """Return the mean over trials at 0, 15 and 30 degrees to the axis: left and right are taken together."""
-    return tuple(rows.group_by(pl.col("angle_deg").abs()).agg(number.mean().alias("mean")).sort("angle_deg")["mean"])
+    apart = rows.with_columns(rows["angle_deg"].abs())
+    return tuple(apart.group_by("angle_deg").agg(number.mean().alias("mean")).sort("angle_deg")["mean"])
 
 
 def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
@@ -83,6 +88,8 @@ def tables(result: Any) -> dict[str, list[dict[str, Any]]]:
     "Held by the rule" counts frames of announced collision instead of spikes.
     The best threshold is that at which, counting frames whose potential reaches it, C21 would hold in most replicates.
     """
+    import polars as pl  # not before: see `experiments.paper.studies.robot`
+
     found: list[dict[str, Any]] = []
     edges: dict[str, dict[str, Any]] = {}
     peak, cells = pl.col("peak_looming"), pl.col("edge_cells")

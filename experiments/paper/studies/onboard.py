@@ -1,13 +1,17 @@
 """C13 to C20 in the arithmetic of the robot's own processor, in several formats of numbers."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import polars as pl
 
 from experiments import Study
+
+if TYPE_CHECKING:
+    import polars as pl
 
 CLAIMS = ("C13", "C14", "C15", "C16", "C17", "C18", "C19", "C20")
 """The claims about counts of spikes on the robot."""
@@ -71,10 +75,10 @@ def distance(ours: pl.DataFrame, floats: pl.DataFrame) -> dict[str, Any]:
     """
     none = {"median of |HS error|": None, "99 %": None, "worst": None}
     keys = ["replicate", "experiment", "seed"]
-    wanted = [floats.select(*keys, HS, SPIKES), ours.select(*keys, pl.col(HS).alias("hs"), pl.col(SPIKES).alias("n"))]
+    wanted = [floats.select(*keys, HS, SPIKES), ours.select(*keys, HS, SPIKES).rename({HS: "hs", SPIKES: "n"})]
     trials = wanted[0].join(wanted[1], on=keys).drop_nulls([HS, "hs"])
     frames = trials.explode(HS, SPIKES, "hs", "n")
-    error = (frames["hs"].cast(pl.Float64) - frames[HS].cast(pl.Float64)).abs().to_numpy()
+    error = (frames["hs"].cast(float) - frames[HS].cast(float)).abs().to_numpy()
     spikes, expected = frames["n"].to_numpy(), frames[SPIKES].to_numpy()
     same = np.where(spikes * expected > 0, np.minimum(np.abs(spikes), np.abs(expected)), 0)
     found = {"median of |HS error|": float(np.median(error)), "99 %": float(np.quantile(error, 0.99)),

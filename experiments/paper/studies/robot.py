@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import polars as pl
-
 from experiments import Study
 from experiments.paper.studies.onboard import BEST, CLAIMS, probe_of
 
@@ -18,6 +16,8 @@ WHEELS = {"pose feedback": (), "open loop": ("robot.preset=colias4",)}
 
 def driven(result: Any) -> dict[str, list[dict[str, Any]]]:
     """Return how the stimulus moved at each point: mean errors of its speed, and of its distance from the path."""
+    import polars as pl  # not before: it takes its time to load, and listing studies needs none
+
     rows = []
     for point, model in result.judged:
         trials = result.rows(point, model).unique("trial", keep="last")  # some are shown to several models
