@@ -17,7 +17,6 @@ from colias_sim.envs import ENVS, NEURAL
 from dsnn import Response, model_entry
 from dsnn.exponential import exp
 from experiments.base.errors import UsageError, check_known, check_name, short
-from experiments.base.files import replacing
 
 Wheels = tuple[float, float]
 """A type: speeds of the wheels, left and right, as shares of the maximum; beyond -1 and 1 they are cut."""
@@ -186,6 +185,8 @@ class TrainedPolicy:
 
     def save(self, path: Path) -> None:
         """Write it as an .npz file of float32 arrays and a JSON text."""
+        from experiments.base.files import replacing  # not before: it loads polars, and listing behaviours needs none
+
         arrays = {"about": np.array(TypeAdapter(TrainedPolicy).dump_json(self, exclude={"layers"}).decode())}
         for place, (weights, biases) in enumerate(self.layers):
             arrays |= {f"weights{place}": weights, f"biases{place}": biases}
