@@ -34,7 +34,7 @@ from experiments.declare.claim import BEHAVIOURS, PAPER, claim_ids, texts
 from experiments.draw.terminal import SIGNS, seen_as
 from experiments.judge.verdict import Count, Verdict, count_of, verdicts as stored_verdicts
 from experiments.kinds import registry
-from experiments.kinds.result import planned
+from experiments.kinds.result import plan_of
 from experiments.paper.page import Scale
 from experiments.paper.reproduce import design
 from experiments.paper.studies import why
@@ -168,7 +168,7 @@ def check(root: Path) -> None:
             sys.exit(f"{page} has other numbers than {RESULTS}")
     measured, commit = results["design"], results["measured_with"]["commit"]
     scale = Scale(**{**measured["scale"], "offline": tuple(measured["scale"]["offline"])})
-    now = design(planned(Asked(kind="reproduction", declared=scale, seed=measured["seed"])))["digest"]
+    now = design(plan_of(Asked(kind="reproduction", declared=scale, seed=measured["seed"])))["digest"]
     if "with changes" in commit + results["eyes"]["commit"] or now != measured["digest"]:
         sys.exit(f"the reproduction, of commit {commit}, has another design than the code: run make numbers")
     for name, source in sources.items():

@@ -100,10 +100,10 @@ def finish(asked: Asked, out: Path | None, workers: Pool, name: str = "", *, dry
         The exit status: 1 if trials or users' judges failed.
     """
     from experiments.base.files import results_folder
-    from experiments.kinds.result import perform, planned
+    from experiments.kinds.result import perform, plan_of
     from experiments.store.plan import forecast
 
-    plan = planned(asked)
+    plan = plan_of(asked)
     if dry:
         costs = forecast(plan, workers.width)
         minutes, size = (f"{costs[name]:,.{int(costs[name] < 10)}f}" for name in ("minutes", "MB"))

@@ -73,7 +73,7 @@ def _repeat(run: Path, out: Path | None, pool: Workers) -> int:
     """
     from experiments.base.files import results_folder
     from experiments.kinds.compare import ROUNDING, first_difference
-    from experiments.kinds.result import load, perform, planned
+    from experiments.kinds.result import load, perform, plan_of
     from experiments.store import provenance
     from experiments.store.folder import CPUS, ENDED
 
@@ -84,9 +84,9 @@ def _repeat(run: Path, out: Path | None, pool: Workers) -> int:
         raise UsageError(f"{run}: is not finished: its own command with --out {run} goes on with it")
     folder = results_folder(out, f"again-{Path(there.name).stem}").absolute()
     options.check_new(folder)
-    command, stored = moved(run, there.description)
+    command, stored = command_and_asked(run, there.description)
     with contextlib.chdir(command["folder"]), begun_by(command):
-        here = perform(planned(Asked.read(stored)), folder, pool)
+        here = perform(plan_of(Asked.read(stored)), folder, pool)
     other = provenance.differences(provenance.moved(there.description, here.description), here.description)
     if other:
         error_console.print(f"note: {run}: {' and '.join(f'{file} has changed' for file, *_ in other)}")
@@ -102,7 +102,7 @@ def _repeat(run: Path, out: Path | None, pool: Workers) -> int:
     return options.EXIT_FAILED if here.failures.height else 0
 
 
-def moved(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+def command_and_asked(run: Path, description: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
     """Return a run's command and what was asked; where its folder is gone, as they are from where the run is now."""
     command, asked = description["command"], description[ASKED]
     if Path(then := command["folder"]).is_dir():
@@ -146,7 +146,7 @@ def watch(
     from experiments.base.files import results_folder
     from experiments.draw import viewer
     from experiments.kinds.footage import EARLY, STOPPED
-    from experiments.kinds.result import perform, planned
+    from experiments.kinds.result import perform, plan_of
 
     if view:
         viewer.require_screen("watch: ", "give --no-view")
@@ -154,7 +154,7 @@ def watch(
              "recordings": recordings, "controls": controls}  # fmt: skip
     asked = Asked(kind="watch", what=(source,), models=tuple(model or ()), only=only,
                   values=key_values(assignments), seed=seed, options=given)  # fmt: skip
-    plan = dataclasses.replace(planned(asked), live=has_screen() if view is None else view)
+    plan = dataclasses.replace(plan_of(asked), live=has_screen() if view is None else view)
     report = perform(plan, results_folder(out, "watch"), options.pool(0, None, quiet))
     if not quiet:
         kind_of(asked.kind).show(report)

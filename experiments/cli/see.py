@@ -16,7 +16,7 @@ from experiments.base.console import count, error_console, out_console, progress
 from experiments.base.errors import UsageError, as_usage_error, check_known
 from experiments.base.values import key_values
 from experiments.cli import options
-from experiments.cli.run import moved
+from experiments.cli.run import command_and_asked
 from experiments.kinds.tables import BEHAVIOURS, NAMES, OFFLINE, STUDIES, shipped
 from experiments.store.asked import Asked
 from scenes import ARENA_ENDINGS, ARENAS
@@ -176,7 +176,7 @@ def _write_data_set(run: Path, trial: int | None, out: Path, *, truth: bool, eve
     from experiments.kinds.result import load
 
     place = out.absolute()
-    command, asked = moved(run, load(run).description)
+    command, asked = command_and_asked(run, load(run).description)
     with contextlib.chdir(command["folder"]):
         for write in [data_set.write] * truth + [data_set.write_events] * events:
             write(Asked.read(asked), trial, place)

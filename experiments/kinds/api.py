@@ -14,7 +14,7 @@ from experiments.declare.clip import OfflineExperiment
 from experiments.declare.experiment import LIVE, Experiment
 from experiments.declare.study import Fit, Study, tuple_of
 from experiments.kinds import registry
-from experiments.kinds.result import Run, perform, planned
+from experiments.kinds.result import Run, perform, plan_of
 from experiments.settings.models import model_texts
 from experiments.store.asked import Asked, begun_by
 from experiments.store.workers import Workers
@@ -114,7 +114,7 @@ def run(
 
 def _done(asked: Asked, call: str, out: str | os.PathLike[str] | None, pool: Workers) -> Run:
     """Do a run in the folder asked for, or in a new one, and print what went wrong in users' claims."""
-    plan = planned(asked)
+    plan = plan_of(asked)
     with begun_by({"call": call}):
         done = perform(plan, results_folder(out, plan.name), pool)
     print_troubles(done.troubles)

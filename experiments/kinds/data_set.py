@@ -10,7 +10,7 @@ from colias_sim.events import joined, save_events
 from experiments.base.errors import UsageError, check_known
 from experiments.base.files import Files
 from experiments.base.templates import render
-from experiments.kinds.result import planned
+from experiments.kinds.result import plan_of
 from experiments.settings.settings import events_of
 from experiments.show.play import Trial, show, tabulate
 from experiments.store.asked import Asked
@@ -78,7 +78,7 @@ def write(asked: Asked, trial: int | None, out: Path) -> None:
 
 def _trial(asked: Asked, number: int | None) -> Trial:
     """Return a trial of a run, planned anew: the first for ``None``."""
-    trials: dict[str, Trial] = {str(one.index): one for one in planned(asked).trials}
+    trials: dict[str, Trial] = {str(one.index): one for one in plan_of(asked).trials}
     wanted = next(iter(trials)) if number is None else str(number)
     check_known("--trial", wanted, list(trials))
     return trials[wanted]

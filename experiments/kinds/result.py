@@ -514,7 +514,7 @@ def concluding(conclude: Callable[[Plan[Any], RunFolder], None]) -> Callable[[Pl
     return work
 
 
-def planned(asked: Asked) -> Plan[Any]:
+def plan_of(asked: Asked) -> Plan[Any]:
     """Return the plan of what was asked, by its kind; `UsageError` for what cannot be run. Nothing is written."""
     kind: Kind = kind_of(asked.kind)
     return kind.plan(asked)
@@ -526,7 +526,7 @@ def perform(plan: Plan[Any], out: Path, pool: Workers) -> Run:
     Parameters
     ----------
     plan
-        From `planned`.
+        From `plan_of`.
     out
         The run's folder: a new one, or one that holds a part of this run.
     pool

@@ -182,13 +182,13 @@ def replicates_plan(
     return sweep_plan.sweep_of(study, seed, models)
 
 
-def design(planned: Plan[Any]) -> dict[str, Any]:
+def design(whole: Plan[Any]) -> dict[str, Any]:
     """Return what ``design.json`` holds beside scale and seed: versions, and a digest of all that decides the numbers.
 
     The digest is of every experiment, parameter, seed and number of repeats, and of the claims' words and bounds; not
     of versions and code. Two reproductions with one digest should differ in no number.
     """
-    parts_of = planned.parts.values()
+    parts_of = whole.parts.values()
     studies = [part.declared for part in parts_of if isinstance(part.declared, Sweep)]
     runs = [part.resolved for part in parts_of if not isinstance(part.declared, Sweep)]
     computes = (*provenance.KEYS, "form", THRESHOLDS, "recordings", "recorded", "reference")
@@ -208,27 +208,27 @@ def design(planned: Plan[Any]) -> dict[str, Any]:
 # Running and judging.
 
 
-def work(planned: Plan[Any], folder: Path, pool: Workers) -> None:
+def work(whole: Plan[Any], folder: Path, pool: Workers) -> None:
     """Run what is missing in a folder, judge every claim, and write verdicts, figures of studies and the page.
 
     The verdicts on the paper's claims are in ``claims.json``, ours about behaviours in ``behaviours.json``.
     """
     if not pool.quiet:
         error_console.print(f"{pool.where()}, into {folder}")
-    begin_whole(folder, planned.document())
+    begin_whole(folder, whole.document())
     counts: dict[str, Sweep] = {}
-    for name, part in planned.parts.items():
+    for name, part in whole.parts.items():
         if isinstance(part.declared, Sweep):
             counts[name] = sweep.played(part, folder / name, pool)
         else:
             kind_of(part.asked.kind).work(part, folder / name, pool)
-    conclude(planned, folder, counts)
+    conclude(whole, folder, counts)
     page.write(folder)
 
 
-def conclude(planned: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None:
+def conclude(whole: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None:
     """Judge every claim on the runs in a folder, and write the verdicts and the figures of studies there."""
-    scale, plans = planned.declared, planned.parts
+    scale, plans = whole.declared, whole.parts
     runs = {name: load(folder / name) for name in plans if name not in counts}
     shows = [(plans[name], whole_networks(run)) for name, run in runs.items() if name in OFFLINE]
     specs = [spec for name in registry.paper_experiments() for spec in plans[name].trials]
@@ -241,7 +241,7 @@ def conclude(planned: Plan[Any], folder: Path, counts: dict[str, Sweep]) -> None
     own = [verdict for env in PLAYERS if _behaved(env) in runs for verdict in runs[_behaved(env)].verdicts]
     files = Files(folder)
     files.write_json("design.json", {
-        "seed": planned.asked.seed, "scale": dataclasses.asdict(scale), **design(planned),
+        "seed": whole.asked.seed, "scale": dataclasses.asdict(scale), **design(whole),
         "parts": list(dict.fromkeys([*plans, *(counted.study.name for counted in studies)])),
     })  # fmt: skip
     files.write_json("claims.json", document(verdicts(every, shows)))
@@ -296,8 +296,8 @@ def onboard(every: Sequence[Replicate], moved: Sweep) -> Sweep:
     given: dict[Any, Sequence[Replicate]] = {
         ((), model): [moved.replicates[defaults, model][0], *every[1:]] for model in labels
     }
-    planned: Sweep = sweep.plan(Asked(kind="sweep", declared=study, seed=moved.seed)).declared
-    return dataclasses.replace(planned, replicates=given)
+    again: Sweep = sweep.plan(Asked(kind="sweep", declared=study, seed=moved.seed)).declared
+    return dataclasses.replace(again, replicates=given)
 
 
 def verdicts(every: Sequence[Replicate], shows: Sequence[Shown]) -> list[Verdict]:

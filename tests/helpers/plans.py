@@ -23,7 +23,7 @@ def planned(
     named, models = isinstance(experiment, str), tuple(models)
     declared = registry.find(experiment) if isinstance(experiment, str) else experiment
     values = by_key(settings) if isinstance(settings, Mapping) else key_values(settings)
-    return result.planned(Asked(
+    return result.plan_of(Asked(
         kind=declared.kind, what=(declared.file or declared.name,) if named else (), models=models, only=bool(models),
         values=values, repeats=repeats, seed=seed, options=options, declared=None if named else declared,
     ))  # fmt: skip

@@ -20,7 +20,7 @@ from experiments.base.user_code import sha256
 from experiments.declare.clip import Clip, OfflineExperiment
 from experiments.declare.conditions import Condition
 from experiments.declare.experiment import Experiment, Listed
-from experiments.kinds.result import planned
+from experiments.kinds.result import plan_of
 from experiments.settings.settings import watchers
 from experiments.store.asked import Asked
 from experiments.store.plan import Plan
@@ -57,7 +57,7 @@ class Task:
         kept = {"recordings": False, "frames": hasattr(self.declared, "clips"), **self.options}
         asked = Asked(kind=self.declared.kind, declared=self.declared, models=tuple(models), only=True,
                       values=self.values, repeats=repeats, seed=seed, options=kept)  # fmt: skip
-        return planned(asked)
+        return plan_of(asked)
 
 
 def tasks_of(file: Path) -> dict[str, Task]:

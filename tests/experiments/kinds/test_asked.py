@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 from experiments.base.files import plain
-from experiments.kinds.result import planned
+from experiments.kinds.result import plan_of
 from experiments.kinds.tables import KINDS
 from experiments.store.asked import Asked
 from tests.helpers.user_files import MODEL
@@ -66,11 +66,11 @@ def trials_of(plan):
 
 FRESH = """
 import json, sys
-from experiments.kinds.result import planned
+from experiments.kinds.result import plan_of
 from experiments.store.asked import Asked
 from tests.experiments.kinds.test_asked import trials_of
 stored = json.load(sys.stdin)
-print(json.dumps({kind: trials_of(planned(Asked.read(asked))) for kind, asked in stored.items()}))
+print(json.dumps({kind: trials_of(plan_of(Asked.read(asked))) for kind, asked in stored.items()}))
 """
 
 
@@ -83,5 +83,5 @@ def test_the_plan_of_what_was_stored_gives_equal_trials_in_a_fresh_process(tmp_p
     fresh = subprocess.run([sys.executable, "-c", FRESH], input=stored, capture_output=True, text=True, check=True)
     there = json.loads(fresh.stdout)
     for kind, one in asked.items():
-        here = trials_of(planned(one))
+        here = trials_of(plan_of(one))
         assert there[kind] == here, kind

@@ -12,7 +12,7 @@ from experiments.declare.claim import PAPER, claim_ids
 from experiments.declare.study import WHOLE
 from experiments.judge.verdict import Count, verdicts as stored_verdicts
 from experiments.kinds import registry
-from experiments.kinds.result import planned
+from experiments.kinds.result import plan_of
 from experiments.paper import reproduce
 from experiments.paper.page import FULL, QUICK, USUAL, Scale
 from experiments.paper.reproduce import judge, pooled, verdicts
@@ -146,7 +146,7 @@ def test_every_experiment_that_declares_a_claim_is_run_and_judges_it():
 
 def test_each_scale_is_of_whole_replicates_but_the_quick_one():
     assert all(scale.repeats == WHOLE and scale.moves for scale in (USUAL, FULL)) and QUICK.repeats < WHOLE
-    parts = planned(Asked(kind="reproduction", seed=7)).parts
+    parts = plan_of(Asked(kind="reproduction", seed=7)).parts
     others = parts["replicates"].declared
     assert (others.seed, others.study.replicates) == (8, 4), "replicate 0 is not run twice"
     assert len(others.specs) == 4 * sum(len(parts[name].trials) for name in registry.paper_experiments())

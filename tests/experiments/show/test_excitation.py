@@ -12,7 +12,7 @@ from dsnn import ReferenceDSNN
 from dsnn.direction import reference as layers
 from dsnn.filters import alpha
 from experiments.declare.experiment import NEEDED
-from experiments.kinds.result import planned
+from experiments.kinds.result import plan_of
 from experiments.show.excitation import BALANCED, WHOLE, sums
 from experiments.store.asked import Asked
 from tests.helpers import plans
@@ -99,7 +99,7 @@ def test_both_parts_make_up_what_the_lobula_plate_takes(w_i):
 
 @cache
 def reproduction():
-    return planned(Asked(kind="reproduction", seed=5, options={"scale": "quick", "robot_only": True})).parts
+    return plan_of(Asked(kind="reproduction", seed=5, options={"scale": "quick", "robot_only": True})).parts
 
 
 @pytest.mark.parametrize("motion", ["approach", "recession"])
