@@ -436,7 +436,8 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
     @property
     def _parts(self) -> Parts:
         mine = f"{type(self).__module__}.{type(self).__qualname__}"
-        return {**PARTS, mine: " ".join(name for name in vars(self) if name not in SETTINGS.split())}
+        settings = frozenset(SETTINGS.split())
+        return {**PARTS, mine: " ".join(name for name in vars(self) if name not in settings)}
 
     def _tree(self) -> Tree:
         """Return the state without that of the model."""
