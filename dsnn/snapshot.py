@@ -209,7 +209,7 @@ def _checksum(data: bytes | memoryview, begin: int) -> int:
 
 @lru_cache(maxsize=4)
 def _odd(number: int) -> npt.NDArray[np.uint64]:
-    return np.arange(1, 2 * number, 2, np.uint64)
+    return np.arange(1, 2 * number, 2, dtype=np.uint64)
 
 
 def _plain(value: Any, arrays: list[memoryview], states: list[bytes]) -> object:

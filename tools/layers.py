@@ -32,6 +32,7 @@ def drawn() -> Figure:
         frames = [sim.step(rng).luma for _ in range(FRAMES)]
     answers = [network.step(frame, maps=number == SHOWN) for number, frame in enumerate(frames)]
     maps = answers[SHOWN].maps
+    assert maps is not None, "this network has maps"
     changes = LinearSegmentedColormap.from_list("changes", [palette.DARKER, palette.STILL, palette.BRIGHTER])
     figure = Figure(figsize=(WIDTH, 1.35), layout="constrained")
     panels = figure.subplots(1, 5, gridspec_kw={"wspace": 0.18})
