@@ -18,7 +18,9 @@ def write(folder: Path) -> None:
         names = [name for name, measure in MEASURES.items() if measure.task == task] or [COST]
         names += [gain for gain, name in GAINS.items() if name in names]
         if shown := [entry for entry in entries if any(score_of(entry, name) for name in names)]:
-            board(shown, names, summary).savefig(folder / f"{task}.png", dpi=markdown.DPI)
+            board([entry for entry in shown if "(tuned)" not in title_of(entry)], names, summary).savefig(
+                folder / f"{task}.png", dpi=markdown.DPI
+            )
             parts += [
                 f"## {task}\n\n{markdown.sentence(summary)}\n",
                 markdown.table(("model and command", *names), [_row(entry, entries, names) for entry in shown]),
@@ -30,7 +32,8 @@ def write(folder: Path) -> None:
         "Each cell has a score, its 95 % interval and the places that the model may have. Models stand in the order of"
         " their names: an order of two is stated only where their paired interval says so.\n"
         "[Enter your model](../../how-to/benchmark.md) says what the measures are, what is not measured, and how to"
-        " send an entry. A dash: no response. Empty: does not apply. The tuned model takes no place from others.\n",
+        " send an entry. A dash: no response. Empty: does not apply. The tuned model remembers the public clips; it"
+        " takes no place from others, and is not in the figures.",
         *parts,
     )
 
@@ -39,8 +42,8 @@ def _row(entry: Mapping[str, Any], entries: Sequence[Mapping[str, Any]], names: 
     """Return the row of a model in the table of a task."""
     cells = [f"{title_of(entry)}<br>`colias benchmark {entry['text']}`"]
     for name in names:
-        told = (text_of(score_of(entry, name)), place(entry, entries, name))
+        told = (text_of(score_of(entry, name)), place(entry, entries, name).removeprefix("-"))
         new = (f"in a round {text_of(score_of(entry, name, 'round'))}",) if "round" in entry["scores"] else ()
         applies = name in entry["scores"]["public"] or name == COST
-        cells.append("; ".join(filter(None, told + new)) if applies else "")
+        cells.append("<br>".join(filter(None, told + new)) if applies else "")
     return cells

@@ -150,7 +150,7 @@ async function drawCounts(pause) {
   const { word, checks } = judged(claim, counts);
   drawCurve(the("curve", SVGSVGElement), counts, new Map(curve.map((each) => [each.speed ?? 0, each.spikes])));
   const verdict = the("word", HTMLElement);
-  verdict.textContent = word;
+  verdict.textContent = `${word} in these trials`;
   verdict.className = word;
   the("speeds", HTMLTableSectionElement).innerHTML = rows.join("");
   the("checks", HTMLUListElement).innerHTML = checks

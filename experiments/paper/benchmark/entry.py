@@ -59,7 +59,7 @@ BESIDE = "dsnn"
 COST, SHAPE = "µs per frame of 99x72 px", (72, 99)
 VARIANTS = ("dim", "pale", "noise", "15-fps", "60-fps")
 """Tasks that the figure of a run leaves to its table."""
-CHANCE = {"direction": 0.25, "AUC": 0.5}
+CHANCE = {"direction": 0.25, "AUC": 0.5, "gain": 0.0}
 NOTE = "Bars: 95 % intervals, trials clustered by scene or condition."
 
 
