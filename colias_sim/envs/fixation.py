@@ -69,8 +69,9 @@ class Fixation(TargetEnv[FixationOptions]):
 
     ## Starting State
 
-    The observer stands in the arena's middle, the target `orbit_cm` away and at most 20 degrees off the axis; robots
-    beyond the first are parked outside of its path.
+    The observer stands in the arena's middle, the target `orbit_cm` away and at most 20 degrees off the axis, as seen
+    from the robot's middle; from the lens, which is ahead of it, a little more. Robots beyond the first are parked
+    outside of its path.
 
     ## Episode End
 

@@ -27,8 +27,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
     """Many robots that all see, as agents; make it by `colias_sim.swarm_env`, which says what the task is.
 
     Spaces, ``info`` and the option ``poses`` of a reset are those of the single envs (``help(colias_sim.envs)``).
-    An agent whose robot touches anything is terminated. It is then absent from ``agents`` and from what `step`
-    returns. With ``crash="leave"`` its robot is out of the arena for the rest, with ``crash="stop"`` it stands there.
+    An agent whose robot touches anything is terminated. It is then absent from ``agents``, and from what
+    the next step returns. With ``crash="leave"`` its robot is out of the arena for the rest, with ``crash="stop"`` it stands there.
 
     Parameters
     ----------
@@ -122,7 +122,11 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
         ------
         gymnasium.error.InvalidAction
             An agent has no action, or one that is none.
+        gymnasium.error.ResetNeeded
+            There was no reset yet, or the episode is over.
         """
+        if not self.agents:
+            raise error.ResetNeeded("step() before reset(), or after the end of an episode: call reset()")
         if lacking := [name for name in self.agents if name not in actions]:
             raise error.InvalidAction(f"actions must have one for each of {', '.join(self.agents)}, got none for"
                                       f" {lacking[0]}")  # fmt: skip
