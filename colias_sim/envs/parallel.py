@@ -27,8 +27,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]  # where PettingZoo is not in
     """Many robots that all see, as agents; make it by `colias_sim.swarm_env`, which says what the task is.
 
     Spaces, ``info`` and the option ``poses`` of a reset are those of the single envs (``help(colias_sim.envs)``).
-    An agent whose robot touches anything is terminated. It is then absent from ``agents``, and from what
-    the next step returns. With ``crash="leave"`` its robot is out of the arena for the rest, with ``crash="stop"`` it stands there.
+    An agent whose robot touches anything is terminated. It is then absent from ``agents``, and from what the next step
+    returns. With ``crash="leave"`` its robot is out of the arena for the rest, with ``crash="stop"`` it stands there.
 
     Parameters
     ----------
