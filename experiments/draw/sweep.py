@@ -194,8 +194,8 @@ def _heat(panel: Axes, table: pl.DataFrame, size: tuple[int, int]) -> None:
         return
     panel.imshow(cells, origin="lower", aspect="auto", cmap=SHARES, vmin=0.0, vmax=1.0)
     for x, y, text in table.select("x", "y", "text").rows():
-        panel.annotate(text, (x, y), ha="center", va="center", fontsize=style.TITLE, path_effects=style.HALO,
-                       annotation_clip=True)  # fmt: skip
+        panel.annotate(text, (x, y), ha="center", va="center", path_effects=style.HALO, annotation_clip=True,
+                       fontsize=min(style.TITLE, 66.0 / size[1]))  # fmt: skip  # the more columns, the narrower
 
 
 def _table(sweep: Described, cells: pl.DataFrame) -> Figure:
