@@ -72,7 +72,7 @@ def run(tmp_path_factory):
 @pytest.fixture
 def docs(run, tmp_path, monkeypatch):
     """The folder of a page with a table of the run, and of a reproduction that has the code's design."""
-    monkeypatch.setattr(tool, "planned", lambda asked: asked.seed)
+    monkeypatch.setattr(tool, "plan_of", lambda asked: asked.seed)
     monkeypatch.setattr(tool, "design", lambda seed: {"digest": f"of seed {seed}"})
     (tmp_path / "docs").mkdir()
     (tmp_path / "README.md").touch()
