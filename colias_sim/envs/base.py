@@ -39,8 +39,8 @@ from colias_sim.streams import clearing, episode, film, sensor, world
 from dsnn.snapshot import Parts, Tree, attributes, pack, put, take, unpack
 
 if TYPE_CHECKING:
+    import colias_sim.truth
     from colias_sim.obstacles import Obstacle
-    from colias_sim.truth import Truth
 
 Wheels = npt.NDArray[np.float32]
 
@@ -451,7 +451,7 @@ class ColiasEnv(World, gym.Env[Any, Any], Generic[Options]):
         """The last command to the wheels, (2,): left and right, as shares of the maximum."""
         return self._wheels
 
-    def truth(self, since: int = 1) -> Truth:
+    def truth(self, since: int = 1) -> colias_sim.truth.Truth:
         """Return what each pixel of the last frame truly shows, with ``truth=True``; see `colias_sim.Simulation.truth`.
 
         Parameters
