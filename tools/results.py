@@ -62,6 +62,8 @@ SUMMARY: Mapping[str, str] = {
 """Claim -> its words in the summary."""
 CELLS = tuple(product(EYES, WHEELS))
 """Every eye and drive of the study `fidelity`; the first are those of a reproduction."""
+DRAWN = ("eye.png", "layers.png")
+"""Pictures of docs/ that show no run: `tools.eye` draws them."""
 FIRST = "parts/000000-trials.parquet"
 """The first trial of a run that is under way."""
 HEADS = ("robot's camera, 30 steps/s", "on equal terms", "gamma on, 15 steps/s", "gamma on, metered, 15 steps/s")
@@ -82,11 +84,7 @@ def write(path: Path, value: Any) -> None:
 def places(root: Path) -> dict[str, str]:
     """Return what the documentation shows of runs: each picture and table, and its SHA-256."""
     docs = root / "docs"
-    pictures = [
-        path
-        for path in docs.glob("*")
-        if path.suffix in (".png", ".webp") and path.name not in ("eye.png", "layers.png")
-    ]
+    pictures = [path for path in docs.glob("*") if path.suffix in (".png", ".webp") and path.name not in DRAWN]
     shown = {path.name: path.read_bytes() for path in sorted(pictures)}
     for page in _pages(docs):
         tables = SHOWN_TABLE.findall(page.read_text(encoding="utf-8"))

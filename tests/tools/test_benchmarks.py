@@ -9,7 +9,7 @@ from rich.console import Console
 
 from benchmarks import envs, eye, loop, network, swarm
 from colias_sim import CameraConfig
-from tools import eye as pictures, layers
+from tools import eye as pictures
 
 RENDERED = True
 
@@ -39,14 +39,9 @@ def test_every_ratio_is_measured(smallest, monkeypatch):
                 assert not cell or all(math.isfinite(float(word.strip("(%),"))) for word in cell.split()), cell
 
 
-def test_the_picture_of_the_eye_is_drawn(tmp_path, monkeypatch):
+def test_the_pictures_of_eye_and_layers_are_drawn(tmp_path, monkeypatch):
     monkeypatch.setattr(pictures, "PICTURES", {"default": CameraConfig(), pictures.FIFTH: CameraConfig()})
     pictures.main(tmp_path)
     with Image.open(tmp_path / "eye.png") as picture:
         assert picture.size[0] == pytest.approx(160 * pictures.WIDTH, abs=2)
-
-
-def test_the_picture_of_the_layers_is_drawn(tmp_path, monkeypatch):
-    monkeypatch.setattr(layers, "FRAMES", 1 + layers.SHOWN)
-    layers.main(tmp_path)
     assert (tmp_path / "layers.png").stat().st_size > 10_000
