@@ -116,8 +116,7 @@ def layers() -> Figure:
         axes.set(xticks=[], yticks=[])
         axes.spines[:].set_visible(axes is panels[4])
         if number:
-            arrow = {"arrowstyle": "-|>", "color": palette.INK}
-            axes.annotate("", (-0.02, 0.5), (-0.22, 0.5), "axes fraction", arrowprops=arrow)
+            axes.annotate("", (-0.02, 0.5), (-0.22, 0.5), "axes fraction", arrowprops={"arrowstyle": "-|>"})
     return figure
 
 

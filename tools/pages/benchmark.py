@@ -18,13 +18,12 @@ def write(folder: Path) -> None:
         names = [name for name, measure in MEASURES.items() if measure.task == task] or [COST]
         names += [gain for gain, name in GAINS.items() if name in names]
         if shown := [entry for entry in entries if any(score_of(entry, name) for name in names)]:
-            board([entry for entry in shown if "(tuned)" not in title_of(entry)], names, summary).savefig(
-                folder / f"{task}.png", dpi=markdown.DPI
-            )
+            drawn = [entry for entry in shown if "(tuned)" not in title_of(entry)]
+            board(drawn, names, summary).savefig(folder / f"{task}.png", dpi=markdown.DPI)
             parts += [
                 f"## {task}\n\n{markdown.sentence(summary)}\n",
+                markdown.picture(f"{task}.png", f"Scores of each model in {task}", "Scores of the table below."),
                 markdown.table(("model and command", *names), [_row(entry, entries, names) for entry in shown]),
-                markdown.picture(f"{task}.png", f"Scores of each model in the task {task}", "The scores of the table."),
             ]
     markdown.write(
         folder / "index.md",

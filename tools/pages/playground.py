@@ -50,9 +50,7 @@ STEPS = 20
 FOOTAGE_SHAPE = 72, 99
 FIRST = "speed-6"
 LONGEST_FOOTAGE = 300
-SCRIPT = """document.head.append(Object.assign(document.createElement("script"),
-  {{ type: "text/plain", id: "frames-{}", text: "{}" }}));
-"""
+SCRIPT = 'document.head.append(Object.assign(document.createElement("data"), {{id: "frames-{}", innerText: "{}"}}));\n'
 """What puts the packed frames of a trial into the page."""
 
 
