@@ -57,7 +57,6 @@ SUMMARY: Mapping[str, str] = {
     "C32": "Nine in ten straight approaches and recessions give no spikes",
     "C17": "An approach straight ahead gives the fewest spikes",
     "C19": "A recession straight ahead gives the fewest spikes",
-    "C21": "Two looming detectors spike most in a straight approach",
 }
 """Claim -> its words in the summary."""
 CELLS = tuple(product(EYES, WHEELS))
