@@ -89,7 +89,7 @@ def drawn() -> Figure:
 
 
 def layers() -> Figure:
-    """Return the network's layers in one moment of a crossing: five pictures, each an arrow from the next."""
+    """Return the network's layers in one moment of a crossing: pictures with an arrow from each to the next."""
     network = DSNN((72, 99), DSNNParams.robot())
     with Simulation() as sim:
         rng = np.random.default_rng(0)

@@ -239,12 +239,8 @@ def sweep(
     if seeds is not None and (seeds.step != 1 or not seeds):
         raise UsageError(f"seeds must be a range of one or more that count up by 1, got {seeds!r}")
     named = tuple(os.fspath(experiment).split(",")) if isinstance(experiment, str | os.PathLike) else ()
-    options = {
-        "over": tuple_of(over, "over"),
-        "claims": claims,
-        "measures": measures,
-        "replicates": seeds and len(seeds),
-    }
+    counted = seeds and len(seeds)
+    options = {"over": tuple_of(over, "over"), "claims": claims, "measures": measures, "replicates": counted}
     asked = Asked(
         kind="sweep", what=named, declared=None if named else experiment, models=tuple(model_texts(models or ())),
         values=by_key(settings), repeats=repeats, seed=seeds.start if seeds else 0,

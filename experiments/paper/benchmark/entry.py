@@ -30,7 +30,7 @@ from experiments.base.user_code import digests, is_own, sha256
 from experiments.judge.roc import median_interval
 from experiments.judge.tests import Score
 from experiments.kinds.result import Kind, Run, load
-from experiments.paper.benchmark.rows import MARGINS, MEASURES, ROWS, Sides, difference, rows_in, summed
+from experiments.paper.benchmark.rows import GAINS, MARGINS, MEASURES, ROWS, Sides, difference, rows_in, summed
 from experiments.paper.benchmark.tasks import NAME, TASKS, digest_of, document, plans
 from experiments.settings.models import CONTROLS, ConfiguredModel, parse_model
 from experiments.settings.settings import watchers
@@ -65,8 +65,9 @@ NOTE = "Bars: 95 % intervals, trials clustered by scene or condition."
 
 @cache
 def digest(channels: tuple[str, ...]) -> str:
-    """Return the digest of the tasks for a model with some channels: what is shown, in which scenes, and margins."""
-    return digest_of(document(channels), MARGINS, FLIPPED)
+    """Return the digest of the tasks for a model with some channels: what is shown, scenes, measures, margins."""
+    own = {name: measure for name, measure in MEASURES.items() if {*measure.channels} & {*channels}}
+    return digest_of(document(channels), own, GAINS, MARGINS, FLIPPED)
 
 
 # To make one.
@@ -236,7 +237,9 @@ def shipped() -> list[dict[str, Any]]:
 
 
 def place(entry: Mapping[str, Any], others: Iterable[Mapping[str, Any]], name: str, *, names: bool = False) -> str:
-    """Return the places that a model may have by a measure, such as ``2 to 4 of 9``; or a dash.
+    """Return the places that a model may have by a measure, such as ``2 to 4 of 9``.
+
+    It is a dash where a measure has no order, or nobody else has it.
 
     A model is above another only where the interval of their paired marks excludes 0. Entries of one round are compared
     on its seeds, others on the public ones. One whose title says that it is tuned takes no place from others. With
@@ -300,7 +303,7 @@ def board(entries: Iterable[Mapping[str, Any]], names: Sequence[str], title: str
 def draw(run: Run) -> Figure:
     """Draw the scores of a run beside those of the models that ship."""
     entry = read(run.folder)
-    others = [other for other in shipped() if other["model"] != entry["model"]]
+    others = [other for other in shipped() if other["model"] != entry["model"] and "(tuned)" not in title_of(other)]
     names = [name for name in (*entry["scores"]["public"], COST) if score_of(entry, name)
              and (name not in MEASURES or MEASURES[name].task not in VARIANTS)]  # fmt: skip
     return board((entry, *others), names, f"{entry['model']} and the models that ship")

@@ -25,10 +25,10 @@ from experiments.store.tables import table
 LABELS = {name: name for name in ("direction, robot", "AUC against background", "gain of AUC over the best control")}
 BOTH = ("hs", "vs", "looming")
 DIGESTS = {
-    ("hs", "vs"): "5b772395dd58f77bb2c6376c8c634e6ff092368221156539a8ef81c0fd1d0777",
-    ("looming",): "621d7369f4878a97dc2513685bbb2efd176e7e45a50fd727a466391536128667",
-    ("target",): "d956b00b07ce6e68297208cde0845fd3b43a8f4e2d6736c3c16123a7d0d94951",
-    BOTH: "0e685a8bed8ae64037ee52526a6063b184357200f6427f14f71c2e423fd1e44a",
+    ("hs", "vs"): "8d357d3084fdd99392c0533baf4b1098d5abb80a6ba7e2103c8413204a074c73",
+    ("looming",): "63c66df0dcd10e023289476cee1aa912a2e58ce219d6fc006c249ac171cc4bdf",
+    ("target",): "54d6144d032da02ea8cac96538b235812fa72594dd2e45dcc5150c96d838d847",
+    BOTH: "9ddcd4385e0df144c5a1e260cea7496b62d41d3c8b1e02193858a4fbdff6e3c7",
 }
 MEASURED = "7efcf4d4ac3e1e677d2b17265d7c2a4a6cd91abf5d015be50676922c453d86cf"
 """Of CB-1. It may be another one only under another name."""
