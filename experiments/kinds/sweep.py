@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
-from experiments.base.console import show_files
+from experiments.base.console import count, show_files
 from experiments.base.errors import UsageError
 from experiments.base.files import read_json
 from experiments.declare.clip import Clip
@@ -166,7 +166,7 @@ def show(run: Run) -> None:
     from experiments.draw import sweep as report  # not before: matplotlib takes its time to load
 
     report.show(described(run))
-    show_files(run.folder, f"{run.done} trials")
+    show_files(run.folder, count(run.done, "trial"))
 
 
 KIND = Kind(plan, work, draw, show, summary="counts.csv")

@@ -5,6 +5,7 @@ from contextlib import ExitStack, closing
 
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 
 import colias_sim
 from colias_sim.envs.avoidance import Avoidance
@@ -37,6 +38,11 @@ def test_the_laws_of_pettingzoo(made, arguments):
         warnings.simplefilter("error")
         parallel_api_test(made(robots=3, **arguments), 60)
         parallel_seed_test(lambda: made(robots=3, **arguments), 20)
+
+
+def test_a_step_needs_a_reset(made):
+    with pytest.raises(ResetNeeded):
+        made(robots=2, observation="state").step({})
 
 
 class Alone(Avoidance):
